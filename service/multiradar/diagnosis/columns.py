@@ -60,7 +60,7 @@ def check_constant(name: str, plots: Plots) -> Diagnosis | None:
     return Diagnosis(
         name,
         "column_constant",
-        f"{name}: its {column} is probably a placeholder: it is {value:.10g} in "
+        f"{name}: its {column} is probably a placeholder: the value is {value:.10g} in "
         f"{share:.0%} of the plots; fill the column with the measured values",
     )
 
@@ -80,14 +80,14 @@ def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | Non
     if plots.size < TESTED_MIN:
         return None
     if np.median(np.abs(plots.time_s)) > _UNIX_MAX_S:
-        why = f"the first is {plots.time_s[0]:.0f}"
+        why = f"the first time is {plots.time_s[0]:.0f}"
         return _of_time_unit(name, "milliseconds or microseconds", why)
     between_s = _between_plots(plots)
     for unit, factor in _TIME_UNITS.items():
         if abs(between_s / (period_s * factor) - 1.0) <= _RATIO_WITHIN:
             form = ".3g" if between_s < 100.0 else ",.0f"
             why = (
-                f"the plots of one aircraft are {between_s:{form}} apart, and rotation_period_s is "
+                f"the plots of an aircraft are {between_s:{form}} apart, but rotation_period_s is "
                 f"{period_s:g} in the sensors file"
             )
             return _of_time_unit(name, unit, why)
@@ -120,8 +120,8 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
         name,
         "time_resolution",
         f"{name}: its times probably lack fractions of a second: all are multiples of "
-        f"{resolution_s:g} s, during which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; "
-        "write them with at least two decimals",
+        f"{resolution_s:g} s, in which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write "
+        "the times with at least two decimals",
     )
 
 
@@ -154,9 +154,9 @@ def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagn
         return Diagnosis(
             name,
             "resolution",
-            f"{name}: its {column} is probably rounded: all values are multiples of {step}, an "
-            f"error of {two_digits(in_metres)}{unit} (1 sigma), and the sigma in the sensors file "
-            f"is {sigma:g}{unit}; write the values as measured",
+            f"{name}: its {column} is probably rounded: all values are multiples of {step}, which "
+            f"adds an error of {two_digits(in_metres)}{unit} (1 sigma), but the sigma in the "
+            f"sensors file is {sigma:g}{unit}; write the values as measured",
         )
     return None
 
@@ -174,9 +174,9 @@ def check_signed(name: str, plots: Plots) -> Diagnosis | None:
     return Diagnosis(
         name,
         "azimuth_signed",
-        f"{name}: its azimuths are probably from -180° to 180°: {counted(len(negative))} of "
-        f"{counted(len(azimuth))} are negative, and rejected; they are 0 to 360° clockwise from "
-        "north: add 360° to the negative ones",
+        f"{name}: its azimuths probably range from -180° to 180°: {counted(len(negative))} of "
+        f"{counted(len(azimuth))} are negative and therefore rejected; azimuths must be 0 to 360° "
+        "clockwise from north: add 360° to negative azimuths",
     )
 
 

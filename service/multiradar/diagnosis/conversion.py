@@ -156,8 +156,8 @@ def _files(report: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 _NOTHING = (
-    "no measurement was written: report.json counts the rejected and omitted records; check that "
-    "the files have the format that this command reads"
+    "no measurements were written: report.json counts the rejected and omitted records; check "
+    "that the files are in the format that this command reads"
 )
 
 
@@ -175,8 +175,8 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 "",
                 "records_rejected",
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
-                "rejected; rejects.ndjson gives the reason of each: check the format of the file "
-                "and its units",
+                "rejected; rejects.ndjson gives the reason for each: check the file format and "
+                "the units",
             )
         elif octets and octets[one["file"]]["quarantined"] > QUARANTINED_MAX * one["bytes"]:
             # Octets between damaged blocks are one reject, however many.
@@ -185,7 +185,7 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 "octets_quarantined",
                 f"{one['file']}: {octets[one['file']]['quarantined'] / one['bytes']:.0%} of its "
                 f"{counted(one['bytes'])} octets could not be decoded; rejects.ndjson gives the "
-                "reason of each: check the format of the file and the editions of its categories",
+                "reason for each: check the file format and the editions of its categories",
             )
 
 
@@ -236,7 +236,7 @@ def _signed(azimuths_deg: list[float]) -> list[Diagnosis]:
             "",
             "azimuth_signed",
             f"{counted(len(signed))} azimuths between {signed[0]:.0f}° and 0° were rejected: "
-            "azimuths are 0 to 360° clockwise from north; add 360° to the negative ones",
+            "azimuths must be 0 to 360° clockwise from north; add 360° to negative azimuths",
         )
     ]
 
@@ -249,8 +249,8 @@ def _copies(name: str, plots: pl.DataFrame) -> list[Diagnosis]:
         Diagnosis(
             name,
             "rows_repeated",
-            f"{name}: {copies / plots.height:.0%} of its plots are equal to others: a file was "
-            "probably appended to itself; remove the copies (the tracker drops them, but the "
+            f"{name}: {copies / plots.height:.0%} of its plots are copies of other plots: a file "
+            "was probably appended to itself; remove the copies (the tracker drops them, but the "
             "association of plots with tracks is lost)",
         )
     ]
@@ -291,8 +291,8 @@ def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis
                 name,
                 reading.code,
                 f"{name}: {reading.mistake}{ends}: with {reading.with_it.format(**words)}, "
-                f"{agreement.share:.0%} of its plots fit their positions in the recording from one "
-                f"site, near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as recorded); "
+                f"{agreement.share:.0%} of its plots match their positions in the recording for a "
+                f"site near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as recorded); "
                 f"{reading.remedy}",
             )
     return None

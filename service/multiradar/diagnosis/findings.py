@@ -225,7 +225,7 @@ def _explain_suspects(
         asked = trusted or ([] if recorded else suspects)
         why = explain(comparison, number, asked, names)
         if why is not None:
-            where = "other sensors see aircraft" if asked else "the recording has the aircraft"
+            where = "other sensors detect aircraft" if asked else "the recording places aircraft"
             found.append(
                 Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
             )
@@ -253,8 +253,8 @@ def _merge_contradiction(found: list[Diagnosis], compared: int) -> list[Diagnosi
     if first.code not in _MAY_BE_EITHER:
         return found
     sentence = (
-        f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
-        f"sensor to decide which is wrong: {first.sentence}; or {second.sentence}"
+        f"{first.sensor_id} and {second.sensor_id} disagree, and there is no third sensor to "
+        f"decide which is wrong: {first.sentence}; or {second.sentence}"
     )
     return [Diagnosis(one.sensor_id, one.code, sentence) for one in found[:1]]
 
@@ -295,9 +295,9 @@ def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
     return Diagnosis(
         name,
         "clock",
-        f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: its plots "
-        f"lie {where} the positions measured by other sensors, along track; correct its times, or "
-        f"{setting}",
+        f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: along "
+        f"track, its plots lie {where} the positions measured by other sensors; correct its "
+        f"times, or {setting}",
     )
 
 
@@ -315,8 +315,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
             Diagnosis(
                 name,
                 "ground_ranges",
-                f"{name}: its ranges are probably ground ranges, not slant ranges: if so, "
-                f"{residual}; write the slant ranges as measured",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: with this "
+                f"error corrected, {residual}; write the slant ranges as measured",
             )
         ]
     if wrong.height_in_feet:
@@ -325,8 +325,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 "site_height",
                 f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
-                f"sensors file, and with {height_m * FOOT_M:.0f} m {residual}; convert it to "
-                f"metres",
+                f"sensors file, but with {height_m * FOOT_M:.0f} m {residual}; convert it to "
+                "metres",
             )
         ]
     if np.isfinite(wrong.height_m):
@@ -337,8 +337,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 _HEIGHT_CODE,
                 f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
-                f"sensors file, and with about {wrong.height_m:.0f} m {residual}; correct it in "
-                f"that file",
+                f"sensors file, but with about {wrong.height_m:.0f} m {residual}; correct it in "
+                "the sensors file",
             )
         ]
     return []
@@ -349,7 +349,7 @@ def _of_registration(name: str, wrong: Registration, configured_s: float) -> lis
     if late_s:
         setting = "set bias.time_offset_s in the sensors file"
         if configured_s:
-            setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
+            setting = f"bias.time_offset_s ({configured_s:g} s in the sensors file)"
         return [_of_clock(name, late_s, setting)]
     return []
 

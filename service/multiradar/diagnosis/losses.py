@@ -38,11 +38,11 @@ _NOISE_OF_OTHERS = 0.5
 SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
 #: What to check for an unexplained loss, by reject code or outcome.
 _SETTINGS = {
-    "TIME_LATE": "its clock, and reorder_horizon_s of the settings",
+    "TIME_LATE": "its clock, and reorder_horizon_s in the settings",
     "TIME_FUTURE": "its clock",
     "RATE_EXCEEDED": "plots_per_scan_max, rotation_period_s and range_max_m",
     "OUT_OF_RANGE": "range_max_m and the units of its columns",
-    "MISSING_FIELD": "which columns its measurements fill",
+    "MISSING_FIELD": "which columns are filled in its measurements",
     "UNKNOWN_KIND": "kind",
     "REFUSED": "its site, range_sigma_m, azimuth_sigma_deg and its clock",
     "RESTARTED": "its site, range_sigma_m, azimuth_sigma_deg and its clock",
@@ -102,7 +102,7 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
         for one, count in part.group_by("kind", maintain_order=True).len().iter_rows():
             kinds[str(one)] += count
     kind, most = (kinds.most_common(1) or [("", 0)])[0]
-    why = "which the kind in the sensors file does not provide"
+    why = "which a sensor of the configured kind does not report"
     if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
         # Both report positions, and those of ADS-B alone may be false or of low integrity.
         number, sensors = evidence.number(name), evidence.sensors
@@ -110,11 +110,11 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
         other = kind in {"adsb", "mlat"} - {declared} and most >= (1.0 - LOST_MAX) * kinds.total()
         if sensors.kinds[number] != KIND_POSITION or not other:
             return None
-        why = f"and the sensors file declares {declared}"
+        why = f"but the sensors file declares {declared}"
     return Diagnosis(
         name,
         "kind",
-        f"{name}: kind is probably wrong: its measurements are of the kind {kind}, {why}; "
+        f"{name}: kind is probably wrong: its measurements are of kind {kind}, {why}; "
         f'declare it as kind = "{"direction-finder" if kind == "bearing" else kind}"',
     )
 
@@ -138,8 +138,9 @@ def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis 
     return Diagnosis(
         name,
         "range_max",
-        f"{name}: range_max_m is probably wrong{guess}: it is {end_m:g} in the sensors file, and "
-        f"{np.mean(beyond):.0%} of the plots are farther, up to {far:.0f} m; convert it to metres",
+        f"{name}: range_max_m is probably wrong{guess}: it is {end_m:g} in the sensors file, but "
+        f"{np.mean(beyond):.0%} of the plots are farther away, up to {far:.0f} m; convert it to "
+        "metres",
     )
 
 
@@ -209,7 +210,7 @@ def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigm
         wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
         sense = "large" if ratio < 1.0 else "small"
         far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR
-        words = f"the measured noise is {two_digits(ratio)} times that"
+        words = f"the measured noise is {two_digits(ratio)} times as large"
         severity: Severity = "error" if far else "warning"
         found.append(_WrongSigma(setting, sense, sigma, words, severity) if wrong else None)
     return found
@@ -235,14 +236,16 @@ def _of_sigmas(name: str, wrong: list[_WrongSigma]) -> Diagnosis | None:
     else:
         head = f"{first.setting} is probably too {first.sense} and {last.setting} too {last.sense}"
         them = "them"
-    text = f"it is {first.sigma:g} in the sensors file, and {first.found}"
+    text = f"it is {first.sigma:g} in the sensors file, but {first.found}"
     if first is not last:
         text = (
-            f"{first.setting} is {first.sigma:g} in the sensors file, and {first.found}; "
-            f"{last.setting} is {last.sigma:g}, and {last.found}"
+            f"{first.setting} is {first.sigma:g} in the sensors file, but {first.found}; "
+            f"{last.setting} is {last.sigma:g}, but {last.found}"
         )
     severity: Severity = "error" if any(one.severity == "error" for one in wrong) else "warning"
-    return Diagnosis(name, "noise", f"{name}: {head}: {text}; correct {them} there", severity)
+    return Diagnosis(
+        name, "noise", f"{name}: {head}: {text}; correct {them} in the sensors file", severity
+    )
 
 
 def two_digits(ratio: float) -> str:
@@ -274,7 +277,7 @@ def _of_two_feeds(evidence: Evidence, name: str) -> Diagnosis | None:
     return Diagnosis(
         name,
         "measurements_twice",
-        f"{name}: its measurements are probably in the recording twice, by two feeds: "
+        f"{name}: its measurements are probably in the recording twice, from two feeds: "
         f"{again / read:.0%} repeat another plot within a fraction of a scan and are not used; "
         "record or merge each plot once",
     )
@@ -313,9 +316,9 @@ def check_copied_sensors(evidence: Evidence) -> list[Diagnosis]:
             found[later] = Diagnosis(
                 later,
                 "sensor_twice",
-                f"{later}: {count / sizes[later]:.0%} of its plots are also plots of {first}, with "
-                "the same times, ranges and azimuths: probably one radar under two identifiers, "
-                "which counts its errors twice; remove one of them",
+                f"{later}: {count / sizes[later]:.0%} of its plots are also plots of {first}, "
+                "with the same times, ranges and azimuths: probably one radar under two "
+                "identifiers, so that its errors count twice; remove one of them",
             )
     return list(found.values())
 
@@ -338,5 +341,5 @@ def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> D
     return Diagnosis(
         name,
         "measurements_lost",
-        f"{name}: {losses.words()}{when}, and no single mistake explains it; check {check}",
+        f"{name}: {losses.words()}{when}, and no single mistake explains the loss; check {check}",
     )

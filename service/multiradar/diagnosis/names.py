@@ -83,8 +83,8 @@ def _wrong_sensors_file(evidence: Evidence, unknown: list[str], silent: list[str
     return Diagnosis(
         "",
         "sensors_of_another_recording",
-        "no source of the recording is in the sensors file, which is probably that of another "
-        f"recording: the recording has {listed(sorted(unknown))}, the file has "
+        "none of the sources in the recording is in the sensors file, which is probably for "
+        f"another recording: the recording contains {listed(sorted(unknown))}, the file contains "
         f"{listed(sorted(silent))}; specify the sensors file of this recording",
     )
 
@@ -122,7 +122,7 @@ def _reused_id(evidence: Evidence, name: str, meant: str) -> Diagnosis:
     return Diagnosis(
         name,
         "kind",
-        f"{name}: the sensors file declares a radar under this id, but its measurements are of the "
+        f"{name}: the sensors file declares a radar under this id, but its measurements are of "
         f"kind {kind}, and the plots of {meant} ({counted(evidence.sources[meant].read)}) have no "
         f'sensor; declare the radar as {meant}, and {name} with kind = "{kind}"',
     )
@@ -134,7 +134,7 @@ def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None
     what += "" if source.read == 1 else "s"
     has = ""
     if silent:
-        has = f"; {listed(silent)} of that file sent nothing"
+        has = f"; the recording has no measurements of {listed(silent)} in that file"
     ask = (
         f"; did you mean {name} instead of {meant}?"
         if meant

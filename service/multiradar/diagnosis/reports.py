@@ -133,9 +133,9 @@ def _of_times(name: str, flown_m: Floats, apart_s: Floats) -> Diagnosis | None:
     return Diagnosis(
         name,
         "speeds_impossible",
-        f"{name}: {jumping:.0%} of its positions are farther from the previous one of the same "
-        f"address than any aircraft can fly: its times or addresses are probably wrong; check "
-        f"that each address belongs to one aircraft, and check the unit of the times",
+        f"{name}: {jumping:.0%} of its positions are farther from the previous position of the "
+        "same address than any aircraft can fly: its times or addresses are probably wrong; check "
+        "that each address belongs to one aircraft, and check the unit of the times",
     )
 
 
@@ -167,7 +167,7 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
         return _unit_of_heights(name, "feet", why, "convert them to metres")
     why = f"all are below {known.max():.0f} m, but the median speed is {speed:.0f} m/s"
     if known.max() <= _LOW_M and _FAST_MPS < speed <= SPEED_MAX_MPS:
-        remedy = "check the unit of the altitude column, which is feet"
+        remedy = "check the unit of the altitude column, which must be feet"
         return _unit_of_heights(name, "hundreds of feet or metres", why, remedy)
     aircraft = len(np.unique(_names(plots)))
     if (
@@ -175,7 +175,7 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
         and _CRUISE_MPS < speed <= SPEED_MAX_MPS
         and aircraft >= _LOW_AIRCRAFT_MIN
     ):
-        remedy = "convert them to feet, or name the column altitude_m"
+        remedy = "convert them to feet, or rename the column altitude_m"
         return _unit_of_heights(name, "metres in a column of feet", why, remedy)
     return check_vertical_rates(name, plots.time_s, plots.height_m, _names(plots))
 

@@ -32,7 +32,7 @@ def check_sites(sensors: SensorTable) -> str | None:
         name = sensors.ids[number]
         latitude, longitude = np.degrees(where[number][:2])
         far = f"{name}: its site ({latitude:.4f}, {longitude:.4f}) is " + (
-            f"{_nearest_m(where[number], others) / 1e3:.0f} km from that of any other sensor"
+            f"{_nearest_m(where[number], others) / 1e3:.0f} km from the site of any other sensor"
         )
         right = [
             one
@@ -56,7 +56,7 @@ def _two_heights(sensors: SensorTable) -> str | None:
             if _nearest_m(level[0], level[1:]) <= ONE_PLACE_M:
                 return (
                     f"{sensors.ids[second]} and {sensors.ids[first]} are at the same position, "
-                    f"but their height_m differs: {high:g} and {low:g}; correct the wrong one"
+                    f"but their height_m differs: {high:g} and {low:g}; correct the wrong value"
                 )
     return None
 

@@ -65,7 +65,7 @@ def _jump(name: str, source: Source) -> Diagnosis:
             name,
             "times_jump",
             f"{head} times probably jump by {many}, {spans}: a wrong date, or a day counted twice; "
-            "correct the times after it",
+            "correct the times after the jump",
         )
     return Diagnosis(
         name,
@@ -103,18 +103,18 @@ def _groups(sources: Mapping[str, Source]) -> list[list[str]]:
 def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]) -> Diagnosis:
     later = own[0] - rest[0]
     spans = (
-        f"its measurements are from {utc(own[0])} to {utc(own[1])}, those of the others from "
-        f"{utc(rest[0])} to {utc(rest[1])}"
+        f"its measurements are from {utc(own[0])} to {utc(own[1])}, the measurements of the other "
+        f"sensors from {utc(rest[0])} to {utc(rest[1])}"
     )
     if abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
-        cause = "its times have a date, but those of the other sensors do not"
+        cause = "its times have a date, but the times of the other sensors do not"
         remedy = "use the same time format for all sensors"
     elif unit := _unit(own[0] / rest[0]):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:
-        cause, remedy = _shift(later), "correct its times, or exclude it"
+        cause, remedy = _shift(later), "correct its times, or exclude the sensor"
     return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")
 
 

@@ -42,24 +42,25 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
     """
     values = require_numbers(matrix, name)
     if values.ndim < 2 or values.shape[-2] != values.shape[-1]:
-        raise CovarianceError(f"{name}: expected a square matrix, was of shape {values.shape}")
+        raise CovarianceError(f"{name}: expected a square matrix, found shape {values.shape}")
     if not np.isfinite(values).all():
-        raise CovarianceError(f"{name}: expected finite numbers, was {values.tolist()}")
+        raise CovarianceError(f"{name}: expected finite numbers, found {values.tolist()}")
     variances = np.diagonal(values, axis1=-2, axis2=-1)
     if not (variances > 0.0).all():
-        raise CovarianceError(f"{name}: expected variances above 0, was {variances.min()}")
+        raise CovarianceError(f"{name}: expected variances above 0, found {variances.min()}")
     sigmas = np.sqrt(variances)
     correlations = values / (sigmas[..., :, None] * sigmas[..., None, :])
     asymmetry = float(np.abs(correlations - np.swapaxes(correlations, -1, -2)).max(initial=0.0))
     if asymmetry > ASYMMETRY_MAX:
         raise CovarianceError(
-            f"{name}: expected a symmetric matrix, was asymmetric by {asymmetry:.3g} of its sigmas"
+            f"{name}: expected a symmetric matrix, found correlations that are asymmetric by "
+            f"{asymmetry:.3g}"
         )
     eigenvalue = float(np.linalg.eigvalsh(correlations).min(initial=np.inf))
     if eigenvalue < EIGENVALUE_MIN:
         raise CovarianceError(
-            f"{name}: expected a positive definite matrix, but its correlations have the "
-            f"eigenvalue {eigenvalue:.3g}"
+            f"{name}: expected a positive definite matrix, found an eigenvalue of "
+            f"{eigenvalue:.3g} in its correlations"
         )
     return values
 
@@ -116,7 +117,7 @@ def normalised_squared(error: ArrayLike, covariance: ArrayLike) -> NDArray[np.fl
     errors = require_numbers(error, "error")
     matrix = require_covariance(covariance, "error")
     if errors.ndim == 0 or errors.shape[-1] != matrix.shape[-1]:
-        expected = f"{matrix.shape[-1]} components in the last axis, as its covariance has"
+        expected = f"{matrix.shape[-1]} components in the last axis, as in its covariance"
         raise ShapeError("error", expected, errors.shape)
     sigmas = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
     scaled = errors / sigmas

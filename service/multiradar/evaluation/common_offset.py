@@ -68,8 +68,8 @@ def common_offset(errors: UpdateErrors) -> CommonOffset | None:
     point = _POINTS[round(np.degrees(np.arctan2(east_m, north_m)) / 45.0) % 8]
     return CommonOffset(
         f"all tracks are displaced by about {size_m:.0f} m to the {point} of the reference "
-        f"({east_m:+.0f} m east, {north_m:+.0f} m north; median error {before_m:.0f} m, and "
-        f"{after_m:.0f} m without it): check the positions of the reference (another datum or "
-        "origin?) and the sites of the sensors",
+        f"({east_m:+.0f} m east, {north_m:+.0f} m north; median error {before_m:.0f} m, with this "
+        f"offset removed {after_m:.0f} m): check the positions of the reference (another datum or "
+        "origin?) and the sensor sites",
         size_m >= ERROR_MIN_M,
     )

@@ -138,7 +138,7 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
     begin, end = float(reference.time_s.min()), float(reference.time_s.max())
     if (end - begin) / step_s > INSTANTS_MAX:
         msg = (
-            f"expected at most {INSTANTS_MAX} instants, was {(end - begin) / step_s:.0f} "
+            f"expected at most {INSTANTS_MAX} instants, found {(end - begin) / step_s:.0f} "
             f"({end - begin:.0f} s of reference in steps of {step_s:g} s)"
         )
         raise InputError(msg)

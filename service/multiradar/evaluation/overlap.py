@@ -77,10 +77,10 @@ def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_
     if np.any(track_of >= 0):
         return
     msg = (
-        f"no track comes within {gate_m:.12g} m (--gate) of an aircraft of the reference at any "
-        f"time: tracks {_span(tracks.time_s)}, {_area(tracks.position_m, reference)}; "
-        f"reference {_span(reference.time_s)}, {_area(reference.position_m, reference)}; "
-        "another recording, area or time zone?"
+        f"no track comes within {gate_m:.12g} m (--gate) of a reference aircraft at any time: "
+        f"tracks {_span(tracks.time_s)}, {_area(tracks.position_m, reference)}; reference "
+        f"{_span(reference.time_s)}, {_area(reference.position_m, reference)}; another recording, "
+        "area or time zone?"
     )
     raise InputError(msg)
 
@@ -109,13 +109,13 @@ def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
     sentences = []
     if late.mean() >= OUTSIDE_MIN:
         sentences.append(
-            f"{late.mean():.0%} of the reference lies outside the time of the tracks: tracks "
-            f"{own}; reference {known}; its aircraft count as missed there"
+            f"{late.mean():.0%} of the reference lies outside the time span of the tracks: tracks "
+            f"{own}; reference {known}; aircraft count as missed there"
         )
     if away.mean() >= OUTSIDE_MIN:
         sentences.append(
             f"{away.mean():.0%} of the reference lies outside the area of the tracks: tracks "
-            f"{_area(tracks.position_m, reference)}; reference {_area(place, reference)}; its "
+            f"{_area(tracks.position_m, reference)}; reference {_area(place, reference)}; "
             "aircraft count as missed there"
         )
     return sentences
@@ -140,8 +140,8 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
     if fraction >= MATCHED_MIN:
         return []
     return [
-        f"the aircraft of the reference have a track within {gate_m:.12g} m (--gate) for "
-        f"only {fraction:.0%} of their time: is this another recording, or is the gate too small?"
+        f"the reference aircraft have a track within {gate_m:.12g} m (--gate) for only "
+        f"{fraction:.0%} of their time: another recording, or too small a gate?"
     ]
 
 
@@ -165,8 +165,8 @@ def mostly_unknown(track: Indices, aircraft_of: Indices, aircraft: int) -> list[
     if tracks < TRACKS_MIN or matched >= MATCHED_MIN * tracks:
         return []
     return [
-        f"most tracks ({tracks - matched} of {tracks}) follow no aircraft of the reference, which "
-        f"has {aircraft}: they count as false; use --partial if the reference is incomplete"
+        f"most tracks ({tracks - matched} of {tracks}) match none of the {aircraft} reference "
+        "aircraft and count as false; use --partial if the reference is incomplete"
     ]
 
 
@@ -177,7 +177,7 @@ def _span(time_s: Floats) -> _Span:
 def _advice(own: _Span, known: _Span) -> str:
     dated = is_dated(own.last_s), is_dated(known.last_s)
     if dated[0] != dated[1]:
-        which = "the reference" if dated[0] else "what was tracked"
+        which = "the reference" if dated[0] else "the tracked recording"
         return f"{which} has times of day only: convert the recording with --date YYYY-MM-DD"
     later_s = known.first_s - own.first_s
     days = round(later_s / _DAY_S)
@@ -187,7 +187,7 @@ def _advice(own: _Span, known: _Span) -> str:
         return f"the reference is {count} {order} the tracks: wrong day (--date of `convert`)?"
     hours = round(later_s / _HOUR_S)
     if abs(later_s - hours * _HOUR_S) <= _ZONE_WITHIN_S and 0 < abs(hours) <= 14:
-        return f"they are {abs(hours)} h apart: another time zone, or another recording?"
+        return f"they differ by {abs(hours)} h: another time zone, or another recording?"
     return "another recording, or a wrong day (--date of `convert`)?"
 
 

@@ -226,7 +226,7 @@ PRESETS = MappingProxyType(
         "ed142-enroute": (
             Requirement("probability of detection in 8 s", 97.0, "%", True, _detection(8.0)),
             Requirement("RMS position error", 350.0, "m", False, _rms),
-            Requirement("gaps of 16.4 s or more among all intervals", 1.0, "%", False, _gaps(16.4)),
+            Requirement("gaps of 16.4 s or more, of all intervals", 1.0, "%", False, _gaps(16.4)),
         ),
         "ed142-tma": (Requirement("RMS position error", 150.0, "m", False, _rms),),
         "esassp-3nm": _per_flight(330.0, 555.0),

@@ -58,8 +58,8 @@ def clock_offset(tracks: Tracks, errors: UpdateErrors) -> list[str]:
         return []
     order = "ahead of" if offset_s > 0.0 else "behind"
     return [
-        f"the tracks are {abs(offset_s):.1f} s {order} the reference along their courses (median "
-        f"of {len(ahead_s)} updates): check the clock of the reference and those of the sensors"
+        f"the tracks are {abs(offset_s):.1f} s {order} the reference along track (median of "
+        f"{len(ahead_s)} updates): check the clocks of the reference and of the sensors"
     ]
 
 
@@ -112,8 +112,8 @@ def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
         return []
     names = ", ".join(sorted(set(tracks.sensor_id[used].tolist())))
     return [
-        f"{used.mean():.0%} of the updates are from {names}, the reference itself, so the errors "
-        "are too small: run `track` without it (`--kinds radar`)"
+        f"{used.mean():.0%} of the updates are from {names}, which is also the reference, so the "
+        "errors are too small: run `track` without it (`--kinds radar`)"
     ]
 
 
@@ -135,9 +135,7 @@ def rejected_rows(counts: RowCounts) -> list[str]:
     named = "; ".join(map(str, counts.rejects[:NAMED_MAX]))
     more = len(counts.rejects) - NAMED_MAX
     rest = f"; and {more} more (--json, --html)" if more > 0 else ""
-    return [
-        f"{len(counts.rejects)} of {counts.read} rows of the reference are rejected: {named}{rest}"
-    ]
+    return [f"{len(counts.rejects)} of {counts.read} reference rows are rejected: {named}{rest}"]
 
 
 def uncovered_rows(counts: RowCounts) -> str:
@@ -153,9 +151,9 @@ def uncovered_rows(counts: RowCounts) -> str:
         if number
     ]
     return (
-        f"{lost.total} of {counts.accepted} positions of the reference lie outside the coverage "
-        f"of the sensors ({', '.join(parts)}) and are not compared; use --whole-reference "
-        "(Python: whole_reference=True) to compare them"
+        f"{lost.total} of {counts.accepted} reference positions lie outside the coverage of the "
+        f"sensors ({', '.join(parts)}) and are not compared; use --whole-reference (Python: "
+        "whole_reference=True) to compare them"
     )
 
 

@@ -222,10 +222,10 @@ def _distance_m(one: Floats, other: Floats) -> Floats:
 def _jump(row: int, near: int, time_s: Floats, direction: Floats) -> str:
     far_km = float(_distance_m(direction[row], direction[near])) / 1e3
     passed_s = float(time_s[near] - time_s[row])
-    order = "after" if passed_s > 0.0 else "before"
+    order = "later" if passed_s > 0.0 else "earlier"
     return (
-        f"{far_km:,.0f} km from the position {abs(passed_s):.3g} s {order} it, farther than an "
-        "aircraft can fly in that time; its other positions agree"
+        f"{far_km:,.0f} km from the position {abs(passed_s):.3g} s {order}, farther than an "
+        "aircraft can fly in that time; the other positions of the aircraft agree"
     )
 
 

@@ -37,20 +37,20 @@ def of_one_processor(frame: pl.DataFrame, source: str, processor: str | None) ->
     located = frame.drop_nulls(["latitude_deg", "longitude_deg"])
     if located.is_empty():
         msg = (
-            f"{source}: none of {len(frame)} updates of system tracks has a geographic position "
-            "(item 062/105); coordinates of a plane (062/100) are not used"
+            f"{source}: none of {len(frame)} system track updates has a WGS 84 position (item "
+            "062/105); Cartesian positions (062/100) are not used"
         )
         raise InputError(msg)
     known = located["sensor_id"].unique().sort().to_list()
     if processor is None and len(known) != 1:
         names = ", ".join(map(str, known))
         msg = (
-            f"{source}: contains system tracks of several processors ({names}); choose one with "
-            f"--processor"
+            f"{source}: contains system tracks of several processors ({names}); select one with "
+            "--processor"
         )
         raise InputError(msg)
     if processor is not None and processor not in known:
-        msg = f"{source}: no system tracks of the processor {processor}; known: {', '.join(known)}"
+        msg = f"{source}: no system tracks of processor {processor}; known: {', '.join(known)}"
         raise InputError(msg)
     return located if processor is None else located.filter(pl.col("sensor_id") == processor)
 

@@ -191,11 +191,11 @@ def _reference(
     gap_s: float,
     regions: Sequence[CoveredRegion],
 ) -> Reference:
-    _require_rows(frame.drop_nulls(["name"]), "positions of aircraft", source)
+    _require_rows(frame.drop_nulls(["name"]), "aircraft positions", source)
     _require_numeric(frame, numbers, source)
     rows, counts = screened(frame, numbers, source, regions)
     if rows.is_empty():
-        msg = f"{source}: all {counts.read} rows are rejected: {counts.rejects[0]}"
+        msg = f"{source}: all {counts.read} rows are rejected; the first: {counts.rejects[0]}"
         raise InputError(msg)
     names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
     order = np.lexsort((rows["time_s"].to_numpy(), aircraft))

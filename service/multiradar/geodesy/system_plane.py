@@ -105,8 +105,8 @@ class SystemPlane:
         mean = enu_rotation(latitude[sited], longitude[sited])[:, 2].mean(axis=0)
         if np.linalg.norm(mean) < np.cos(np.radians(ANGLE_MAX_DEG)):
             raise ConfigurationError(
-                "system plane: sensors are distributed around the Earth; no plane contains them; "
-                "divide them into regions, each with a service of its own"
+                "system plane: the sensors are spread around the Earth and do not fit on one "
+                "plane; divide them into regions, each with its own service"
             )
         plane = cls(
             float(np.arctan2(mean[2], np.hypot(mean[0], mean[1]))),

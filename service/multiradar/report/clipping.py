@@ -105,7 +105,7 @@ def _along(axes: Axes, values: Floats, axis: int) -> Floats:
 def _write_note(axes: Axes, side: str, count: int) -> None:
     edge = _EDGES[side]
     axes.text(
-        *edge.position, f"{count} outside the axis", transform=axes.transAxes, color=FAINT.mark,
+        *edge.position, f"{count} off scale", transform=axes.transAxes, color=FAINT.mark,
         ha=edge.horizontal, va=edge.vertical, fontsize=10.0, zorder=3.0,
     )  # fmt: skip
 

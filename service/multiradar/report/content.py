@@ -56,10 +56,10 @@ class Series:
     def __post_init__(self) -> None:
         shapes = [np.shape(values) for values in (self.x, self.y, self.y2) if values is not None]
         if len(shapes[0]) != 1 or len(set(shapes)) != 1:
-            msg = f"series {self.label!r}: expected arrays of one length, was {shapes}"
+            msg = f"series {self.label!r}: expected arrays of equal length, found {shapes}"
             raise ValueError(msg)
         if (self.y2 is not None) != (self.style == "band"):
-            msg = f"series {self.label!r}: expected y2 for a band and for nothing else"
+            msg = f"series {self.label!r}: expected y2 for a band, and for no other style"
             raise ValueError(msg)
 
 
@@ -131,7 +131,7 @@ class Table:
     def __post_init__(self) -> None:
         for row in self.rows:
             if len(row) != len(self.header):
-                msg = f"table {self.title!r}: expected {len(self.header)} cells, was {row}"
+                msg = f"table {self.title!r}: expected {len(self.header)} cells, found {row}"
                 raise ValueError(msg)
 
 

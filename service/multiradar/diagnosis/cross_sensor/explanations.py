@@ -218,7 +218,7 @@ def _by_reading(reading: Reading) -> Callable[[Agreement, float], Explanation]:
         offset_deg = float(np.degrees(agreement.offset[1])) if reading.any_rotation else 0.0
         hint = "check the reference direction of its azimuths"
         if AZIMUTH_OFFSET_MAX_RAD < abs(np.radians(offset_deg)) <= np.radians(MAGNETIC_MAX_DEG):
-            hint = "check whether they refer to magnetic instead of true north"
+            hint = "check whether azimuths refer to magnetic instead of true north"
         words = {"offset": f"{offset_deg:+.1f}°", "origin": _origin(offset_deg), "hint": hint}
         return Explanation(
             reading.code, reading.mistake.format(**words), reading.with_it.format(**words),
@@ -261,13 +261,13 @@ def _position_hypotheses(
     latitude, longitude = plots.latitude_deg, plots.longitude_deg
     tries = (
         ("columns_exchanged", "latitude_deg and longitude_deg are probably swapped",
-         "the two swapped", "swap the columns", longitude, latitude),
+         "the two columns swapped", "swap the columns", longitude, latitude),
         ("position_sign", "its longitudes probably have the wrong sign",
-         "the sign changed", "make east positive", latitude, -longitude),
+         "the opposite sign", "make east positive", latitude, -longitude),
         ("position_sign", "its latitudes probably have the wrong sign",
-         "the sign changed", "make north positive", -latitude, longitude),
+         "the opposite sign", "make north positive", -latitude, longitude),
         ("position_unit", "its positions are probably in radians",
-         "them interpreted as radians", "convert them to degrees",
+         "positions interpreted as radians", "convert them to degrees",
          np.degrees(latitude), np.degrees(longitude)),
     )  # fmt: skip
     for code, mistake, with_it, remedy, north, east in tries:
@@ -297,7 +297,7 @@ def _clock(late_s: float) -> Callable[[Agreement, float], Explanation]:
     return _by_words(
         "clock",
         f"its clock is probably {abs(late_s) / 3600.0:g} h {sense} (another time zone?)",
-        f"{'later' if late_s < 0.0 else 'earlier'} times",
+        f"{'later' if late_s < 0.0 else 'earlier'} times for its plots",
         "convert its times to UTC",
     )
 
@@ -307,7 +307,7 @@ def _seconds(late_s: float) -> Callable[[Agreement, float], Explanation]:
     return _by_words(
         "clock",
         f"its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}",
-        f"{'later' if late_s < 0.0 else 'earlier'} times",
+        f"{'later' if late_s < 0.0 else 'earlier'} times for its plots",
         "correct its times, or set bias.time_offset_s in the sensors file",
     )
 

@@ -55,8 +55,8 @@ def check_heights(
             return Diagnosis(
                 name,
                 "height_unit",
-                f"{name}: its heights are probably in {unit}: they are {ratio:.3g} times those "
-                "reported by other sensors for the same aircraft; convert them to metres",
+                f"{name}: its heights are probably in {unit}: they are {ratio:.3g} times the "
+                "heights that other sensors report for the same aircraft; convert them to metres",
             )
     return None
 
@@ -127,6 +127,7 @@ def check_height_offset(
     return Diagnosis(
         name,
         "height_offset",
-        f"{name}: its heights are probably off: they are {abs(off_m):.0f} m {sense} those reported "
-        f"by most other radars for the same aircraft ({hint}); write the pressure heights (Mode C)",
+        f"{name}: its heights probably have an offset: they are {abs(off_m):.0f} m {sense} the "
+        f"heights that most other radars report for the same aircraft ({hint}); write the "
+        "pressure altitudes (Mode C)",
     )

@@ -89,7 +89,7 @@ EXCHANGED = Reading(
     "columns_exchanged",
     lambda ranges, azimuths: (azimuths, np.radians(ranges)),
     "its range and azimuth columns are probably swapped",
-    "the two exchanged",
+    "the two columns swapped",
     "swap range_m and azimuth_deg",
 )
 MIRRORED = Reading(
@@ -104,7 +104,7 @@ ROTATED = Reading(
     "azimuth_offset",
     as_given,
     "its azimuths are probably off by {offset}",
-    "that offset removed",
+    "this offset removed",
     "{hint}",
     any_rotation=True,
 )
@@ -116,7 +116,7 @@ def turned(offset_deg: float) -> Reading:
         "azimuth_offset",
         lambda ranges, azimuths: (ranges, np.radians(azimuths - offset_deg)),
         f"its azimuths are probably off by about {offset_deg:+.0f}°",
-        "that offset removed",
+        "this offset removed",
         "check the reference direction of its azimuths (magnetic north?)",
     )
 
@@ -125,8 +125,8 @@ def _range_factor(word: str, other: str, factor: float) -> Reading:
     return Reading(
         "range_factor",
         lambda ranges, azimuths: (ranges * factor, np.radians(azimuths)),
-        f"its ranges are probably {word} the distances",
-        f"{other} the ranges",
+        f"its ranges are probably {word} the true distances",
+        f"{other} those ranges",
         f"multiply them by {factor:g}",
     )
 
@@ -169,7 +169,7 @@ def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]
         yield SiteReading(
             (longitude, latitude, height),
             "latitude_deg and longitude_deg of its site are probably swapped",
-            "them exchanged",
+            "the two values swapped",
             "correct them in the sensors file",
         )
     for names, signs in (
@@ -180,14 +180,15 @@ def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]
         yield SiteReading(
             (signs[0] * latitude, signs[1] * longitude, height),
             f"{names} of its site probably {'have' if ' and ' in names else 'has'} the wrong sign",
-            "the sign changed",
+            "the opposite sign",
             "correct it in the sensors file (north and east are positive)",
         )
     for name, other in of_others.items():
         if other[:2] != site[:2]:
             yield SiteReading(
                 other,
-                f"its site is probably that of {name}",
+                f"its site is probably the site of {name}",
                 f"the site of {name}",
-                "correct latitude_deg, longitude_deg and height_m of both in the sensors file",
+                "correct latitude_deg, longitude_deg and height_m of both sensors in the sensors "
+                "file",
             )

@@ -40,10 +40,11 @@ def check_identities(name: str, plots: Plots, site: Site | None) -> Diagnosis | 
             return Diagnosis(
                 name,
                 "identity",
-                f"{name}: {key} is probably the same for all its aircraft: it is "
+                f"{name}: {key} is probably the same for all its aircraft: the value is "
                 f"{value:{_TEXTS[key]}} in {counts.max() / len(known):.0%} of the plots that have "
-                f"one, and those within {WINDOW_S:.0f} s are spread over {cells:.0f} cells of "
-                f"{CELL_M / 1e3:.0f} km; leave {key} empty where the aircraft is not identified",
+                f"one, and plots within {WINDOW_S:.0f} s of each other are spread over "
+                f"{cells:.0f} cells of {CELL_M / 1e3:.0f} km; leave {key} empty where the "
+                "aircraft is not identified",
             )
     return None
 

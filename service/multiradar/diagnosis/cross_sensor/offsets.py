@@ -97,7 +97,7 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
         return []
     low, high = np.degrees([angles.min(), angles.max()])
     # A displaced site and an angle of both radars displace the aircraft alike.
-    alone = ", or one of their two sites is wrong" if len(sites) == 2 else ""
+    alone = ", or one of the two sites is wrong" if len(sites) == 2 else ""
     return [
         Diagnosis(
             sensors.ids[number],
@@ -149,14 +149,14 @@ def _large(kind: int, estimate: float, configured: float, prior_sigma: float) ->
     if kind == PARAMETER_RANGE_OFFSET:
         return (
             f"the estimated range offset is {estimate:+.0f} m, but {configured:+.0f} m ± "
-            f"{prior_sigma:.0f} m is configured: the tracks are corrected; check its range "
-            "calibration"
+            f"{prior_sigma:.0f} m is configured: the tracks are corrected for it; check the range "
+            "calibration of the radar"
         )
     estimate_deg, configured_deg, sigma_deg = np.degrees([estimate, configured, prior_sigma])
     return (
         f"the estimated azimuth offset is {estimate_deg:+.2f}°, but {configured_deg:+.2f}° ± "
-        f"{sigma_deg:.2f}° is configured: the tracks are corrected; check its north alignment "
-        "(magnetic north?)"
+        f"{sigma_deg:.2f}° is configured: the tracks are corrected for it; check the north "
+        "alignment of the radar (magnetic north?)"
     )
 
 
@@ -181,10 +181,14 @@ def _wrong(
     if prior_sigma:
         how = f"{value:g}{unit} with a prior_sigma of {prior_sigma:g}{unit}"
         remedy = "correct prior, or increase prior_sigma"
-    alone = f" (or {others[0]} is wrong: there is no third sensor)" if len(others) == 1 else ""
+    alone = (
+        f" (or {others[0]} is wrong; there is no third sensor to decide)"
+        if len(others) == 1
+        else ""
+    )
     return Diagnosis(
         name,
         OFFSET_CODE,
         f"{name}: {setting} is probably wrong: the sensors file specifies {how}, but "
-        f"{listed(others)} show {seen:{form}} ± {sigma:{form}}{unit}{alone}; {remedy}",
+        f"{listed(others)} indicate {seen:{form}} ± {sigma:{form}}{unit}{alone}; {remedy}",
     )

@@ -98,8 +98,8 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
         return Diagnosis(
             name,
             "azimuth_anticlockwise",
-            f"{name}: its azimuths are probably measured anticlockwise: plot by plot they decrease "
-            f"with time, one revolution in {-given.period_s:.2f} s; measure them clockwise from "
+            f"{name}: its azimuths are probably measured anticlockwise: they decrease from plot "
+            f"to plot, by one revolution in {-given.period_s:.2f} s; measure them clockwise from "
             "true north",
         )
     return None
@@ -115,7 +115,7 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
         between_s = _between_plots(plots)
         if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6:
             return None
-        return _of_period(name, configured_s, between_s, "the plots of one aircraft repeat every")
+        return _of_period(name, configured_s, between_s, "the plots of an aircraft repeat every")
     if found.period_s < 0.0:
         return None
     at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
@@ -135,7 +135,7 @@ def check_two_radars(name: str, plots: Plots) -> Diagnosis | None:
     return Diagnosis(
         name,
         "two_radars",
-        f"{name}: its plots are probably those of two radars: {share:.0%} complete a revolution in "
+        f"{name}: its plots are probably from two radars: {share:.0%} complete a revolution in "
         f"{abs(first.period_s):.2f} s, the others in {abs(second.period_s):.2f} s; give each radar "
         "its own identifier",
     )
@@ -157,12 +157,12 @@ def _between_plots(plots: Plots) -> float:
 
 def _of_period(name: str, configured_s: float, found_s: float, what: str) -> Diagnosis:
     rpm = 60.0 / found_s
-    hint = f", {rpm:.1f} revolutions a minute" if abs(configured_s / rpm - 1.0) < 0.1 else ""
+    hint = f", {rpm:.1f} revolutions per minute" if abs(configured_s / rpm - 1.0) < 0.1 else ""
     return Diagnosis(
         name,
         "rotation_period",
-        f"{name}: rotation_period_s is probably wrong: it is {configured_s:g} in the sensors file, "
-        f"and {what} {found_s:.2f} s{hint}; correct it in that file",
+        f"{name}: rotation_period_s is probably wrong: it is {configured_s:g} in the sensors "
+        f"file, but {what} {found_s:.2f} s{hint}; correct it in the sensors file",
     )
 
 
@@ -218,13 +218,13 @@ def _of_range(
     )
     others = [one[0].with_it.split(" as ")[1] for one in fitting if one[0] is not reading]
     perhaps = f" (or {', '.join(others)})" if others else ""
-    now = "" if np.isnan(speed) else f" and the median speed of aircraft {speed:.0f} m/s"
+    now = "" if np.isnan(speed) else f" and the median aircraft speed is {speed:.0f} m/s"
     with_it = "" if np.isnan(then) else f" and {then:.0f} m/s"
     return Diagnosis(
         name,
         "range_unit",
-        f"{name}: {reading.mistake}{perhaps}: the farthest is {farthest:.1f} m{now}; with "
-        f"{reading.with_it} {end / 1e3:.0f} km{with_it}; {reading.remedy}",
+        f"{name}: {reading.mistake}{perhaps}: the maximum range is {farthest:.1f} m{now}; with "
+        f"{reading.with_it}, {end / 1e3:.0f} km{with_it}; {reading.remedy}",
     )
 
 
@@ -266,7 +266,7 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
         return None
     if np.mean(heights > CEILING_M) > HIGH_MAX and np.mean(heights * FOOT_M > CEILING_M) < 0.01:
         return _height(
-            name, "feet", f"{np.mean(heights > CEILING_M):.0%} of them are above {CEILING_M:.0f} m"
+            name, "feet", f"{np.mean(heights > CEILING_M):.0%} of them exceed {CEILING_M:.0f} m"
         )
     # Lowest height in sight over a smooth Earth in standard atmosphere.
     lowest = (
@@ -283,8 +283,8 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
         return Diagnosis(
             name,
             "column_constant",
-            f"{name}: its height_m is probably a placeholder: it is {heights[0]:g} in all plots "
-            "that have one; leave it empty where no height was reported",
+            f"{name}: its height_m is probably a placeholder: the value is {heights[0]:g} in all "
+            "plots that have a height; leave height_m empty where no height was reported",
         )
     units = [
         unit
@@ -293,14 +293,14 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
         and np.mean(heights * metres < lowest - _BELOW_M) <= 0.1 * hidden
         and (not speed > _SLOW_MPS or heights.max() * metres > _SLOW_M)
     ]
-    why = f"{hidden:.0%} of its plots are below its horizon"
+    why = f"{hidden:.0%} of its plots are below the horizon of the radar"
     if speed > _SLOW_MPS:
         why = (
-            f"the aircraft below {_SLOW_M:.0f} m (FL100), the majority, have a median speed of "
-            f"{speed:.0f} m/s"
+            f"most aircraft are below {_SLOW_M:.0f} m (FL100), with a median speed of {speed:.0f} "
+            "m/s"
         )
     if low:
-        why = f"none of them is above {heights.max():.0f} m"
+        why = f"none exceeds {heights.max():.0f} m"
     return _height(name, " or ".join(units), why) if units else None
 
 
@@ -337,7 +337,7 @@ def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis |
     return Diagnosis(
         name,
         "height",
-        f"{name}: height_m of its site or its heights are probably wrong: "
+        f"{name}: height_m of its site or its reported heights are probably wrong: "
         f"{np.mean(wrong):.0%} of its ranges are shorter than the height of the aircraft {sense} "
         f"its site at {site[2]:g} m; check height_m in the sensors file and the units",
     )
@@ -354,8 +354,8 @@ def _of_unit(name: str, unit: Reading, azimuth: Floats, found: Rotation) -> Diag
     return Diagnosis(
         name,
         unit.code,
-        f"{name}: {unit.mistake}: their maximum is {azimuth.max():.2f}, and {unit.with_it} rotate "
-        f"with time, one revolution in {abs(found.period_s):.2f} s; {unit.remedy}",
+        f"{name}: {unit.mistake}: their maximum is {azimuth.max():.2f}, and {unit.with_it} "
+        f"advance steadily, by one revolution in {abs(found.period_s):.2f} s; {unit.remedy}",
     )
 
 

@@ -273,7 +273,7 @@ def check_clock_errors(sensors: SensorTable, joint: Sequence[JointFit]) -> list[
 
 def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError]) -> str:
     what = [_description(sensors, one) for one in (error, *others)]
-    alone = "" if len(what) == 1 else " (another radar, or ADS-B, would determine which)"
+    alone = "" if len(what) == 1 else " (data of another radar or ADS-B would show which)"
     kinds = {one.kind for one in (error, *others)}
     remedies = [_REMEDIES[kind] for kind in _REMEDIES if kind in kinds]
     if not _is_sited(sensors, error):

@@ -46,11 +46,11 @@ def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diag
         named = figures["track_rows_naming_a_plot"]
         if missing <= EXPECTED_MIN * apart_s / whole_s * named:
             return []
-        why = f"whose rows refer to missing plots ({missing / named:.0%})"
+        why = f"with rows that refer to missing plots ({missing / named:.0%})"
         return [_cut((plots, plots_end_s), (tracks, tracks_end_s), why)]
     if not _plots_go_on(measurements, tracks_end_s):
         return []
-    why = "with as many plots as before"
+    why = "at the same plot rate"
     return [_cut((tracks, tracks_end_s), (plots, plots_end_s), why)]
 
 
@@ -59,7 +59,7 @@ def _no_plots(report: Mapping[str, Any]) -> list[Diagnosis]:
         Diagnosis(
             "",
             "file_cut",
-            f"{name}: contains no plots, although there are tracks; copy the file again",
+            f"{name}: contains no plots, although the recording has tracks; copy the file again",
         )
         for name, one in report["figures"]["files"].items()
         if one.get("table") == "plots" and not one["rejected"]

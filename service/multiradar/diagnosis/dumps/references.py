@@ -35,9 +35,9 @@ def check_references(report: Mapping[str, Any], sources: Collection[str]) -> lis
         Diagnosis(
             name,
             "sensor_without_plots",
-            f"{name}: {tracks} has this sensor, but none of its plots is in "
-            f"{_file(figures, 'plots')}: its sensor column probably differs; the plots are "
-            "associated by their sources and numbers",
+            f"{name}: {tracks} contains this sensor, but {_file(figures, 'plots')} contains none "
+            "of its plots: the sensor columns probably differ; the plots are associated by their "
+            "sources and numbers",
             "warning",
         )
         for name in figures.get("sensors_without_plots", ())
@@ -55,13 +55,14 @@ def _missing(
     own = [one.removesuffix(_MONORADAR) for one in figures["tracks_written"] if _is_radar(one)]
     own = [one for one in own if one != str(settings["multiradar_source"])]
     why = (
-        "the plot numbers or the times of the two files differ; check that they belong to one "
-        "recording"
+        "the plot numbers or the times of the two files differ; check that both files belong to "
+        "one recording"
     )
     if own and not set(own) & set(sources):
         why = (
-            f"its sources are {', '.join(own)}, and those of {plots} {', '.join(sources)}; correct "
-            "the source column, or convert the tracks of this recording"
+            f"its sources are {', '.join(own)}, but the sources of {plots} are "
+            f"{', '.join(sources)}; correct the source column, or convert the tracks of this "
+            "recording"
         )
     return Diagnosis(
         "",

@@ -84,7 +84,7 @@ def _of_pairs(
         if name in agreeing and other not in agreeing and one.otherwise:
             name, other, what = other, name, one.otherwise
         if other not in agreeing and one.otherwise == what:
-            what = f"{what} (or those of {other})"
+            what = f"{what} (or those in {other} are)"
         blamed.setdefault(name, diagnosis(name, other, what))
     return list(blamed.values())
 
@@ -146,8 +146,8 @@ def _of_columns(name: str, other: str, what: str) -> Diagnosis:
     return Diagnosis(
         "",
         "columns_exchanged",
-        f"{name}: its latitudes and longitudes are probably {what}: if they are swapped, its "
-        f"positions match those of the same aircraft in {other}; swap the columns",
+        f"{name}: its latitudes and longitudes are probably {what}: after swapping, its positions "
+        f"match the positions of the same aircraft in {other}; swap the columns",
     )
 
 
@@ -155,6 +155,6 @@ def _of_heights(name: str, other: str, unit: str) -> Diagnosis:
     return Diagnosis(
         "",
         "height_unit",
-        f"{name}: its heights are probably in {unit}: after conversion, they match those of the "
-        f"same aircraft in {other}; convert them to metres",
+        f"{name}: its heights are probably in {unit}: after conversion, they match the heights of "
+        f"the same aircraft in {other}; convert them to metres",
     )

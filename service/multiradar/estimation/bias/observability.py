@@ -36,7 +36,7 @@ _WORDS = (
 # Effect that is common to sensors whose parameters of a kind cannot be separated from it.
 _COMMON = {
     PARAMETER_RANGE_OFFSET: "a common offset of all ranges",
-    PARAMETER_AZIMUTH_OFFSET: "a common turn",
+    PARAMETER_AZIMUTH_OFFSET: "a common rotation",
     PARAMETER_RANGE_GAIN: "a common scale",
 }
 

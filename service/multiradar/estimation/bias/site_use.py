@@ -60,15 +60,15 @@ class SiteUse:
             return "none of its measurements has updated a track"
         if self._shared[sensor]:
             return (
-                "its plots do not contribute while the heights of its aircraft are unknown or "
-                "uncertain; add ADS-B, or a sensor that receives Mode C"
+                "its plots do not contribute as long as the heights of its aircraft are unknown "
+                "or uncertain; add ADS-B, or a sensor that receives Mode C"
             )
         if len(np.unique(self._sites[self._used])) == 1:
             return (
-                "all aircraft were measured from one site; add a radar at another site (1 km away "
-                "or more), ADS-B or multilateration (not one whose frame is estimated)"
+                "all aircraft were observed from one site; add a radar at another site (at least "
+                "1 km away), ADS-B, or multilateration (with no estimated frame biases)"
             )
         return (
-            "none of its aircraft was measured from another site; check whether coverage, times "
-            "and identities of the sensors agree"
+            "none of its aircraft was observed from another site; check whether the coverage, "
+            "times and identities of the sensors agree"
         )

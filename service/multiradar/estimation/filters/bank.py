@@ -270,13 +270,13 @@ def find_filter_for(
     if delays and not definition.estimates_delays:
         able = " or ".join(one.name for one in FILTERS.values() if one.estimates_delays)
         raise ConfigurationError(
-            f"filter: expected {able} where a transponder_delay_sigma_m is given, was {name}"
+            f"filter: expected {able} if transponder_delay_sigma_m is configured, was {name}"
         )
     timed = bool(np.any(parameter_kinds == PARAMETER_TIME_OFFSET))
     if timed and not definition.estimates_time_offsets:
         able = ", ".join(one.name for one in FILTERS.values() if one.estimates_time_offsets)
         raise ConfigurationError(
-            f"filter: expected {able} where a time_offset_s is estimated, was {name}"
+            f"filter: expected {able} if time_offset_s is estimated, was {name}"
         )
     return definition
 

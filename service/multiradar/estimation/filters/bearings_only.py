@@ -116,7 +116,7 @@ class BearingsState:
         scale = _scale(self.information)
         scaled = self.information / scale[..., :, None] / scale[..., None, :]
         if not (np.linalg.eigvalsh(scaled)[..., 0] > _REGULAR_MIN).all():
-            raise BearingsError("NOT_OBSERVABLE", "the sights do not determine a state")
+            raise BearingsError("NOT_OBSERVABLE", "the measurements do not determine a state")
         covariance = np.linalg.inv(scaled) / scale[..., :, None] / scale[..., None, :]
         mean = (covariance @ self.vector[..., None])[..., 0]
         return mean, symmetric_part(covariance)
@@ -319,16 +319,16 @@ def _checked_times(sights: Sequence[Sight], times_s: ArrayLike) -> Floats:
     times = np.atleast_1d(np.asarray(times_s, np.float64))
     if not len(sights) or times.shape != (len(sights),) or not np.isfinite(times).all():
         raise ShapeError(
-            "times", f"one for each of {len(sights)} sights, and at least one", times.shape
+            "times",
+            f"one time for each of {len(sights)} sights, and at least one sight",
+            times.shape,
         )
     for before, after in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
         if after < before:
             raise TimeOrderError("sight", after, before)
     kinds = {sight.dimensions for sight in sights}
     if len(kinds) > 1:
-        raise ShapeError(
-            "sights", "sights that all have two dimensions or all have three", (len(sights),)
-        )
+        raise ShapeError("sights", "all sights in two dimensions, or all in three", (len(sights),))
     return times
 
 
@@ -343,7 +343,7 @@ def _require_crossing(sights: Sequence[Sight], empty: BearingsState) -> None:
         return
     sources = np.array([sight.source_m for sight in sights])
     if not np.ptp(sources, axis=0).any():
-        raise BearingsError("NOT_OBSERVABLE", "all sights come from one position")
+        raise BearingsError("NOT_OBSERVABLE", "all lines of sight start at one position")
     crossing = empty.crossing
     for sight in sights:
         crossing = crossing + _crossing(sight, None)
@@ -417,7 +417,7 @@ def _solved(information: Floats, vector: Floats) -> Floats:
     try:
         solution = np.linalg.solve(scaled, (vector / scale)[..., None])[..., 0]
     except np.linalg.LinAlgError as error:
-        reason = "the sights do not determine a position"
+        reason = "the measurements do not determine a position"
         raise BearingsError("NOT_OBSERVABLE", reason) from error
     return np.asarray(solution / scale)
 

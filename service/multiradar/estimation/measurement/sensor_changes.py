@@ -55,9 +55,12 @@ def _differs(old: SensorTable, new: SensorTable, names: tuple[str, ...]) -> NDAr
 
 
 def _require_continuous(old: SensorTable, new: SensorTable) -> None:
-    later = "; this needs a new journal, with the change in the sensors file"
+    later = "; to change it, edit the sensors file and start a new journal"
     if old.ids != new.ids[: len(old)]:
-        raise ConfigurationError(f"expected the sensors {', '.join(old.ids)} first{later}")
+        raise ConfigurationError(
+            f"the existing sensors ({', '.join(old.ids)}) must come first and in this order; to "
+            "remove or reorder sensors, edit the sensors file and start a new journal"
+        )
     for row, name in enumerate(old.ids):
         for what in ("kinds", "moving"):
             before, now = getattr(old, what)[row], getattr(new, what)[row]

@@ -284,7 +284,7 @@ def _require_shapes(table: SensorTable) -> None:
         (np.diff(owners) >= 0).all() and owners[0] >= 0 and owners[-1] < max(count, 1)
     ):
         what = "parameter_sensor of the sensors"
-        raise ShapeError(what, f"indices of {count} sensors, ascending", owners.shape)
+        raise ShapeError(what, f"ascending indices of {count} sensors", owners.shape)
 
 
 def _require_shape(name: str, column: NDArray[np.generic], shape: tuple[int, ...]) -> None:
@@ -329,7 +329,7 @@ def _require_direction(table: SensorTable, row: int) -> None:
     sensor = table.ids[row]
     if table.moving[row] and table.kinds[row] != _BEARING:
         raise ConfigurationError(
-            f"sensor {sensor}: only a direction finder (kind 2) may be moving, was kind "
+            f"sensor {sensor}: only a direction finder (kind 2) may be moving, found kind "
             f"{table.kinds[row]}"
         )
     own = table.parameter_kind[table.parameter_sensor == row]
@@ -361,8 +361,8 @@ def _require_delay(table: SensorTable, row: int) -> None:
     _require_within(what, sigma, bounds.TRANSPONDER_DELAY_SIGMA_M, PriorError)
     if sigma != table.delay_sigma_m:
         raise PriorError(
-            f"{what}: expected {table.delay_sigma_m:g}, as of the other radars (the delay is that "
-            f"of the aircraft), was {sigma:g}"
+            f"{what}: expected {table.delay_sigma_m:g}, as for the other radars (the delay "
+            f"belongs to the aircraft), was {sigma:g}"
         )
 
 

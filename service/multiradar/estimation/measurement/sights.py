@@ -70,7 +70,7 @@ class Sight:
         if source.shape not in ((PLANE,), (SPACE,)):
             raise ShapeError("source", "two or three coordinates", source.shape)
         if self.elevation_rad is not None and len(source) == PLANE:
-            raise ShapeError("source", "three coordinates with an elevation", source.shape)
+            raise ShapeError("source", "three coordinates if an elevation is given", source.shape)
         object.__setattr__(self, "source_m", source)
         for name in ("azimuth", "elevation", "range"):
             unit = "m" if name == "range" else "rad"
@@ -173,7 +173,7 @@ def _check_component(sight: Sight, name: str, sigma_name: str) -> None:
     value: ArrayLike | None = getattr(sight, name)
     sigma: float | None = getattr(sight, sigma_name)
     if (value is None) != (sigma is None):
-        raise ShapeError(name, f"a value with {sigma_name}", (), "one without the other")
+        raise ShapeError(name, f"both a value and {sigma_name}", (), "only one of the two")
     if value is None or sigma is None:
         return
     if not 0.0 < sigma < np.inf:

@@ -68,12 +68,12 @@ def _map(card: Scorecard) -> Plot:
         ),
     ]
     return Plot(
-        title="Tracks over the reference",
+        title="Tracks and reference",
         x_label="east, km",
         y_label="north, km",
         series=tuple(series),
         equal_axes=True,
-        caption="On the plane through the centre of the reference.",
+        caption="Coordinates relative to the centre of the reference.",
         name="map",
     )
 
@@ -93,17 +93,17 @@ def _worst(card: Scorecard) -> Iterator[Plot]:
     flown = positions_at(reference, np.full(len(when), aircraft), when).position_m / 1000.0
     worst = tracks.position_m[errors.update[row]] / 1000.0
     yield Plot(
-        title=f"The largest error of a settled track: {errors.position_m[row]:.0f} m, "
-        f"aircraft {reference.names[aircraft]}, {time_text(time_s)}",
+        title=f"Largest error of an established track: {errors.position_m[row]:.0f} m, aircraft "
+        f"{reference.names[aircraft]}, {time_text(time_s)}",
         x_label="east, km",
         y_label="north, km",
         series=(
             Series("reference", flown[:, 0], flown[:, 1], "reference"),
             Series("updates", reported[:, 0], reported[:, 1], "points", key="tracks"),
-            Series("the largest error", worst[:1], worst[1:], "rings", key="false"),
+            Series("largest error", worst[:1], worst[1:], "rings", key="false"),
         ),
         equal_axes=True,
-        caption=f"Within {_AROUND_S:g} s of it.",
+        caption=f"Within {_AROUND_S:g} s of the largest error.",
         name="worst",
     )
 
@@ -199,7 +199,7 @@ def _air_picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
             for label, rows in (
                 ("aircraft", instants.aircraft_instant),
                 ("aircraft with a track", tracked),
-                ("tracks evaluated", evaluated),
+                ("evaluated tracks", evaluated),
             )
         ),
         group=group,
@@ -222,10 +222,10 @@ def _consistency(name: str, title: str, found: Consistency, time_label: str) -> 
         title=title,
         x_label=time_label,
         x_scale="time",
-        y_label=f"NEES of {name}, per dimension",
+        y_label=f"{name} NEES per dimension",
         series=(
             Series("95 % band", found.time_s, found.low, "band", found.high, key="band"),
-            Series("mean over the aircraft", found.time_s, found.mean_by_time, key="mean"),
+            Series("mean over aircraft", found.time_s, found.mean_by_time, key="mean"),
         ),
         group="Covariance consistency (NEES)",
         y_limits=(0.0, top),

@@ -12,7 +12,7 @@ from multiradar.report.content import Table, Value
 _ERRORS = {
     "position_m": "position, m",
     "along_m": "along track, m",
-    "across_m": "across track, right positive, m",
+    "across_m": "across track (right positive), m",
     "velocity_mps": "velocity, m/s",
     "speed_mps": "speed, m/s",
     "heading_deg": "heading, °",
@@ -153,22 +153,23 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     settings = card.settings
     notes = [
         f"Tracks are assigned to aircraft every {settings.step_s:g} s, by position alone, within "
-        f"{settings.gate_m:g} m, and at most {settings.age_max_s:g} s after their last update.",
+        f"{settings.gate_m:g} m and at most {settings.age_max_s:g} s after the last update of the "
+        "track.",
     ]
     if card.reference.velocity_mps is None:
         notes.append(
-            "The reference is interpolated linearly: interpolation cuts corners in turns, and its "
-            "velocity is a mean between reports; both are included in all errors."
+            "The reference is interpolated linearly: it cuts corners in turns, and its velocity "
+            "is the mean velocity between reports; both effects are included in all errors."
         )
     if _dict(figures["reference"])["kind"] == "smoothed":
         notes.append(
-            "The reference is computed from the same plots and biases as the tracks. It uses later "
-            "plots as well, but errors that it shares with the tracks are not included."
+            "The reference is computed from the same plots and biases as the tracks. It also uses "
+            "later plots, but errors common to the reference and the tracks are not included."
         )
     if _dict(figures["reference"]).get("identity") == "tracks":
         notes.append(
-            "The measurements have no identity: each belongs to the aircraft of the track that it "
-            "updated, so swaps, missed aircraft and false tracks are invisible."
+            "The measurements have no identity: each is attributed to the aircraft of the track "
+            "that it updated, so swaps, missed aircraft and false tracks cannot be detected."
         )
     if card.reference.counts.uncovered.total:
         notes.append(f"{uncovered_rows(card.reference.counts)}.")
@@ -180,7 +181,7 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
         )
     if settings.partial:
         notes.append(
-            "The reference may lack aircraft: tracks without a reference aircraft are not counted "
+            "The reference may be incomplete: tracks without a reference aircraft are not counted "
             "as false."
         )
     return notes
@@ -205,15 +206,17 @@ def _differences(figures: Figures) -> Table:
             )
         )  # fmt: skip
     header = (
-        "sensor", "quantity", "plots", "aircraft", "difference", "sigma", "spread of a plot",
-        "estimated bias", "left",
+        "sensor", "quantity", "plots", "aircraft", "difference", "sigma", "plot spread",
+        "estimated bias", "remaining",
     )  # fmt: skip
     caption = (
-        "Measured minus reference, over the plots of evaluated tracks, without outliers; left is "
-        "the difference minus the estimated bias. Sigma treats the plots of an aircraft as "
-        "correlated."
+        "Measured minus reference, over the plots of evaluated tracks, without outliers; the "
+        "remaining difference is the difference minus the estimated bias. Sigma treats the plots "
+        "of an aircraft as correlated."
     )
-    return Table("Range and azimuth of radars against the reference", header, _cells(rows), caption)
+    return Table(
+        "Radar range and azimuth compared with the reference", header, _cells(rows), caption
+    )
 
 
 def _errors(figures: Figures) -> Table:
@@ -234,7 +237,7 @@ def _air_picture(figures: Figures) -> Table:
         ("spuriousness", _percent(siap["spuriousness"]), "spurious tracks"),
         ("positional accuracy", _unit(siap["positional_accuracy_m"], "m"), "mean distance"),
         ("velocity accuracy", _unit(siap["velocity_accuracy_mps"], "m/s"), "mean error"),
-        ("track number changes", _unit(siap["number_changes_per_h"], "/h"), "tracked time"),
+        ("track number changes", _unit(siap["number_changes_per_h"], "/h"), "of tracked time"),
         ("longest track segment", _percent(siap["longest_segment"]), "of the aircraft's time"),
         ("OSPA", _unit(ospa["mean_m"], "m"), _ospa_definition(ospa)),
         ("GOSPA", _unit(gospa["mean_m"], "m"), _gospa_definition(gospa)),
@@ -264,7 +267,7 @@ def _tracks(figures: Figures) -> Table:
         (f"gaps of {continuity['gap_s']:g} s or more", _count_and_fraction(continuity)),
         ("longest gap", _unit(continuity["longest_gap_s"], "s")),
         ("identity swaps", f"{identity['swaps']} ({_number(identity['swaps_per_h'])} per hour)"),
-        ("changes of track number", _number(identity["number_changes"])),
+        ("track number changes", _number(identity["number_changes"])),
         ("plots on the right track", _plots(identity)),
         ("false tracks", _with_longest(kinds, "false")),
         ("duplicate tracks", _with_longest(kinds, "duplicate")),
@@ -309,8 +312,8 @@ def _consistency(figures: Figures) -> Table:
         "NEES of", "samples", "mean", "inside the 95 % region", "means inside the 95 % band",
     )  # fmt: skip
     caption = (
-        "The mean is per dimension: 1 where the reported covariance is correct, above 1 where it "
-        "is too small."
+        "The mean is per dimension: 1 if the reported covariance is correct, above 1 if it is too "
+        "small."
     )
     return Table("Covariance consistency (NEES)", header, _cells(rows), caption)
 
@@ -342,12 +345,12 @@ def _forecasts(figures: Figures) -> Table:
         for one in _list(figures["forecasts"])
     ]
     header = (
-        "method", "horizon", "samples", "containment", "radius of the region (median), m",
-        "error (median), m", "RMS, m", "error² / sigma²",
+        "method", "horizon", "samples", "containment", "median region radius, m",
+        "median error, m", "RMS, m", "error² / sigma²",
     )  # fmt: skip
     caption = (
-        "Regions are scaled by earlier errors, so that their containment is correct even where "
-        "error² / sigma² of the covariance alone is not 1."
+        "Regions are scaled according to earlier errors, so that their containment is correct "
+        "even if error² / sigma² of the covariance alone differs from 1."
     )
     return Table("Forecasts", header, _cells(rows), caption)
 

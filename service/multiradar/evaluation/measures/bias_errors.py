@@ -104,6 +104,6 @@ def _require(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None
         if good and not text:
             good = bool(values.cast(pl.Float64).is_between(-NUMBER_MAX, NUMBER_MAX).all())
         if not good or values.null_count():
-            what = "a text" if text else "a number"
+            what = "text" if text else "a number"
             msg = f"{source}: expected {what} in every row of {name}, was {values.dtype}"
             raise InputError(msg)

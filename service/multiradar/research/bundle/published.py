@@ -1,4 +1,4 @@
-"""The bundle as published in the report: arcs to every plot, groups, search of Hooke and Jeeves.
+"""The bundle as published in the report: arcs to every plot, groups, Hooke–Jeeves search.
 
 For comparison with `Bundle`. A track is defined by its segments and the state at the anchor, which
 changes in the initial window only. Its weight is the likelihood of the plots of the window alone,
@@ -155,7 +155,7 @@ class PublishedBundle:
         self._tracks = self._tracks[kept[:stay]].copy()
 
     def optimise(self, count: int, rules: SearchRules | None = None) -> int:
-        """Improve each track by the search of Hooke and Jeeves.
+        """Improve each track by the Hooke–Jeeves search.
 
         Parameters
         ----------

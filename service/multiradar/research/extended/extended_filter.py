@@ -143,7 +143,7 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
     lengths = np.linalg.norm(slope[..., 4:], axis=-2)
     if not (lengths > COURSE_MIN * np.maximum(lengths[..., 1:], np.finfo(float).tiny)).all():
         raise ConfigurationError(
-            "velocity: expected a horizontal component, was at rest or vertical"
+            "velocity: expected a non-zero horizontal component, was zero or vertical"
         )
     back = np.linalg.inv(slope)
     carried = back @ matrix @ np.swapaxes(back, -1, -2)
@@ -182,8 +182,8 @@ def predict(estimate: Estimate, model: MotionModel, interval_s: float) -> Estima
     """
     if model.coordinates is not estimate.coordinates:
         raise ConfigurationError(
-            f"estimate: expected {model.coordinates.name} coordinates, "
-            f"was in {estimate.coordinates.name} ones"
+            f"estimate: expected {model.coordinates.name} coordinates, found "
+            f"{estimate.coordinates.name} coordinates"
         )
     slope = model.jacobian(estimate.mean, interval_s)
     covariance = slope @ estimate.covariance @ np.swapaxes(slope, -1, -2)

@@ -129,7 +129,8 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
     if definition.keeps_modes:
         raise ConfigurationError(
-            f"expected a filter with a single motion model in sequential form, was {name}"
+            "expected a filter with a single motion model that is available in sequential form, "
+            f"was {name}"
         )
     prior = sensors.prior
     count = len(prior.mean)

@@ -135,9 +135,9 @@ class SequentialFilter:
         IMM UrO RAN report (2016), equation (1.24): the block of one aircraft, with zeros between it
         and all others.
         """
-        state = finite_array(mean, "state of the aircraft", (4,))
-        matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))
-        require_covariance(matrix, "covariance of the aircraft")
+        state = finite_array(mean, "aircraft state", (4,))
+        matrix = require_shape(covariance, "aircraft covariance", (4, 4))
+        require_covariance(matrix, "aircraft covariance")
         time_s = float(finite_array(time_s, "start time", ()))
         slot = self._slot(aircraft)
         self._assign_slot(aircraft, slot)
@@ -185,7 +185,7 @@ class SequentialFilter:
         "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for the two-stage
         filter.
         """
-        values = require_shape(value, "value of the plot", (2,))
+        values = require_shape(value, "plot value", (2,))
         return self.observe_together(aircraft, time_s, [sensor], values[None, :], [height_m])[0]
 
     def observe_together(
@@ -358,7 +358,7 @@ class SequentialFilter:
     # The slot of an aircraft, or the next free one, which is assigned when the aircraft starts.
     def _slot(self, aircraft: int) -> int:
         if not is_integer(aircraft):
-            raise ShapeError("number of the aircraft", "an integer", (), repr(aircraft))
+            raise ShapeError("aircraft number", "an integer", (), repr(aircraft))
         if aircraft in self._slots:
             return self._slots[aircraft]
         if not self._free:
@@ -385,9 +385,9 @@ def _plots(
     height_m: ArrayLike | None,
 ) -> Plots:
     if np.ndim(sensors) != 1:
-        raise ShapeError("sensors of the plots", "one dimension", np.shape(sensors))
+        raise ShapeError("plot sensors", "one dimension", np.shape(sensors))
     count = len(sensors)
-    time = float(finite_array(time_s, "time of the plots", ()))
+    time = float(finite_array(time_s, "plot time", ()))
     # Plots rejects non-integers; an empty list has no integer type by itself.
     seeing = sensors if count else np.zeros(0, np.int64)
     return Plots(np.full(count, time), np.array(slots * count, np.int64), seeing, values, height_m)

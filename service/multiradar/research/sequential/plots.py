@@ -61,17 +61,17 @@ class Plots:
         value: ArrayLike,
         height_m: ArrayLike | None = None,
     ) -> None:
-        times = finite_array(time_s, "times of the plots", (None,))
+        times = finite_array(time_s, "plot times", (None,))
         back = np.flatnonzero(np.diff(times) < 0.0)
         if len(back):
             row = int(back[0])
             raise TimeOrderError("plot", float(times[row + 1]), float(times[row]))
         count = len(times)
-        values = finite_array(value, "values of the plots", (count, 2))
+        values = finite_array(value, "plot values", (count, 2))
         heights = np.full(count, np.nan) if height_m is None else height_m
-        heights = require_shape(heights, "heights of the plots", (count,)).copy()
+        heights = require_shape(heights, "plot heights", (count,)).copy()
         if np.isinf(heights).any():
-            raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
+            raise ShapeError("plot heights", "finite numbers or NaN", heights.shape)
         aircraft_rows, sensor_rows = (
             _indices(column, count, f"{what} of the plots")
             for column, what in ((aircraft, "aircraft"), (sensor, "sensors"))
@@ -161,8 +161,8 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
     if form not in FORMS:
         raise ConfigurationError(f"form: expected one of {', '.join(FORMS)}, was {form!r}")
     for values, known, what in (
-        (plots.aircraft, len(starts), "aircraft of the plots"),
-        (plots.sensor, len(sensors), "sensors of the plots"),
+        (plots.aircraft, len(starts), "plot aircraft"),
+        (plots.sensor, len(sensors), "plot sensors"),
     ):
         if len(values) and not int(values.max()) < known:
             raise ShapeError(what, f"indices below {known}", (int(values.max()),))
@@ -173,8 +173,8 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         raise TimeOrderError("plot of an aircraft", float(plots.time_s[row]), start_s)
     kind = sensors.kind[plots.sensor]
     if np.isnan(plots.height_m[kind == KIND_RADAR]).any():
-        what = "heights of the plots"
-        raise ShapeError(what, "a height for every plot of a radar on WGS 84", plots.height_m.shape)
+        what = "plot heights"
+        raise ShapeError(what, "a height for every plot of a WGS 84 radar", plots.height_m.shape)
     value = plots.value.copy()
     if form == "linearised":
         flat = kind == KIND_FLAT_POLAR
@@ -198,7 +198,7 @@ def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers
     if len(twice):
         row = int(order[twice[0]])
         what = f"plots of aircraft {aircraft[row]} at {times[row]} s"
-        raise ShapeError(what, "each sensor once at a time", times.shape)
+        raise ShapeError(what, "at most one plot of each sensor at any one time", times.shape)
 
 
 def _indices(values: ArrayLike, count: int, what: str) -> Integers:

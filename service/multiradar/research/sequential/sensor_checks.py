@@ -43,9 +43,9 @@ def require_sites(site_m: ArrayLike) -> Floats:
     ShapeError
         If they are of another shape, or there is no radar.
     """
-    sites = require_shape(site_m, "sites of the radars", (None, 2))
+    sites = require_shape(site_m, "radar sites", (None, 2))
     if not len(sites):
-        raise ShapeError("sites of the radars", "at least one radar", sites.shape)
+        raise ShapeError("radar sites", "at least one radar", sites.shape)
     for radar, site in enumerate(sites):
         if not np.isfinite(site).all():
             raise SensorPositionError(str(radar))
@@ -85,8 +85,8 @@ def plot_variances(count: int, range_sigma_m: ArrayLike, azimuth_sigma_rad: Arra
     azimuths = Bounds(*np.radians(sensor_bounds.AZIMUTH_SIGMA_DEG).tolist())
     columns = []
     for name, sigma, within in (
-        ("sigma of the range, m", range_sigma_m, sensor_bounds.RANGE_SIGMA_M),
-        ("sigma of the azimuth, rad", azimuth_sigma_rad, azimuths),
+        ("range sigma, m", range_sigma_m, sensor_bounds.RANGE_SIGMA_M),
+        ("azimuth sigma, rad", azimuth_sigma_rad, azimuths),
     ):
         values = positive_array(sigma, name, (count,), PriorError)
         _require_within(values, name, within, PriorError)

@@ -74,8 +74,8 @@ class BiasPrior:
         for variance, rate in zip(np.diagonal(matrix), rates, strict=True):
             if not (variance > 0.0 and 0.0 <= rate < np.inf):
                 raise PriorError(
-                    "prior of the biases: expected variances above 0 and drifts of 0 or more, was "
-                    f"{variance} and {rate}"
+                    "prior of the biases: expected variances above 0 and drifts of at least 0, "
+                    f"was {variance} and {rate}"
                 )
         if size:
             require_covariance(matrix, "prior covariance of the biases")
@@ -128,17 +128,17 @@ class Sensors:
         count, starts = len(self.kind), self.starts
         kinds = known_kinds(self.parameters)
         for name, array, length in (
-            ("sites of the sensors", self.sites, count),
-            ("noises of the sensors", self.noises, count),
-            ("site numbers of the sensors", self.site_numbers, count),
-            ("first parameters of the sensors", starts, count + 1),
+            ("sensor sites", self.sites, count),
+            ("sensor noise", self.noises, count),
+            ("sensor site numbers", self.site_numbers, count),
+            ("first parameter of each sensor", starts, count + 1),
             ("prior of the biases", self.prior.mean, len(kinds)),
         ):
             if len(array) != length:
                 raise ShapeError(name, f"{length} rows", array.shape)
         if starts[0] != 0 or starts[-1] != len(kinds) or (np.diff(starts) < 0).any():
             expected = f"ascending indices from 0 to {len(kinds)}"
-            raise ShapeError("first parameters of the sensors", expected, starts.shape)
+            raise ShapeError("first parameter of each sensor", expected, starts.shape)
         for sensor, (first, last) in enumerate(pairwise(starts.tolist())):
             _require_each_once(sensor, kinds[first:last].tolist())
         prior = self.prior

@@ -110,8 +110,8 @@ class _Study(Protocol):
 BIAS_ESTIMATION = StudyEntry(
     name="bias-estimation",
     title="Joint estimation of motion and radar biases",
-    purpose="Compare the filters on the scenario of the report's section 1.6, with and without "
-    "drift: position, velocity and bias errors against the theoretical and the reported ones.",
+    purpose="Compare the filters in the scenario of section 1.6 of the report, with and without "
+    "bias drift: position, velocity and bias errors, with their theoretical and reported values.",
     module="multiradar.research.studies.bias_estimation.study",
     runs=20,
     duration_s=1000.0,
@@ -120,17 +120,17 @@ BIAS_ESTIMATION = StudyEntry(
 )
 POLYNOMIAL_FORECAST = StudyEntry(
     name="polynomial-forecast",
-    title="Filtering and forecast of a polynomial trajectory",
+    title="Filtering and forecasting a polynomial trajectory",
     purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, Monte "
-    "Carlo results with their confidence band, and the published values.",
+    "Carlo results with confidence bands, and the published values.",
     module="multiradar.research.studies.polynomial_forecast.study",
     runs=10_000,
 )
 COUPLED_MOTION = StudyEntry(
     name="coupled-motion",
     title="Motion models in the velocity frame",
-    purpose="Draw figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
-    "frame do not depend on the heading, and compare the motion models in a filter.",
+    purpose="Plot figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
+    "frame do not depend on the heading, and compare filters based on the motion models.",
     module="multiradar.research.studies.coupled_motion.study",
     runs=100,
     duration_s=300.0,
@@ -146,25 +146,25 @@ COUPLED_MOTION = StudyEntry(
 
 MANOEUVRE_PLANE = StudyEntry(
     name="manoeuvre-plane",
-    title="The plane of a manoeuvre",
-    purpose="Reproduce Korobochkin's example: errors of the plane fitted to a circle, how often "
-    "planar motion is rejected, and how often a helix is detected.",
+    title="Manoeuvre plane",
+    purpose="Reproduce Korobochkin's example: errors of the plane fitted to a circle, rejection "
+    "rate of planar motion, and detection rate of a helix.",
     module="multiradar.research.studies.manoeuvre_plane.study",
     runs=100,
 )
 BEARING_ONLY = StudyEntry(
     name="bearing-only",
-    title="A trajectory from angles alone",
-    purpose="Compare the filter of Nenartovich and Isakov, which updates with each angle, with the "
-    "usual scheme that first computes positions from the angles.",
+    title="Trajectory estimation from angles alone",
+    purpose="Compare the filter of Nenartovich and Isakov, which updates the track with each "
+    "angle, with the conventional scheme, which first computes positions from the angles.",
     module="multiradar.research.studies.bearing_only.study",
     runs=200,
 )
 TRAJECTORY_BUNDLE = StudyEntry(
     name="trajectory-bundle",
-    title="A bundle of trajectories, step by step",
-    purpose="Draw figures 2.2 to 2.4 of the report on an S-shaped flight, the bundle before and "
-    "after each step, and how its branches are extended beyond the last plot.",
+    title="Trajectory bundle, step by step",
+    purpose="Plot figures 2.2 to 2.4 of the report for an S-shaped flight: the bundle before and "
+    "after each step, and the ends of its tracks near the last plot.",
     module="multiradar.research.studies.trajectory_bundle.study",
     runs=20,
 )

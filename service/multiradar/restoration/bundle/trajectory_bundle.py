@@ -263,7 +263,7 @@ class Bundle:
         ----------
         IMM UrO RAN report (2016), section 2.2.5.
         """
-        times = finite_array(time_s, "times of a geometric track", (None,))
+        times = finite_array(time_s, "geometric track times", (None,))
         weights = self._weights_by(by)
         states = np.zeros((len(weights), len(times), 4))
         for track, state in zip(self._tracks, states, strict=False):
@@ -302,7 +302,7 @@ class Bundle:
         IMM UrO RAN report (2016), section 2.2.5.
         """
         given_s = self._now_s() if time_s is None else time_s
-        when = float(finite_array(given_s, "time of an estimate", ()))
+        when = float(finite_array(given_s, "estimation time", ()))
         path = self.path([when], by)
         return Estimate(
             when, path.state[0], path.covariance[0], float(path.lateral_mps2[0]),
@@ -335,7 +335,7 @@ class Bundle:
         ----------
         IMM UrO RAN report (2016), section 2.2.5; covariances are the project's own.
         """
-        times = finite_array(time_s, "times of a path", (None,))
+        times = finite_array(time_s, "path times", (None,))
         weights = self._weights_by(by)
         return path_of(self._tracks, weights, self._window(), times, self._fit_scratch)
 
@@ -396,7 +396,7 @@ class Bundle:
         if not self._live:
             raise RestorationError(
                 f"no track: expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m "
-                f"apart within {self._settings.window_s:g} s; there is no such triple among "
+                f"apart within {self._settings.window_s:g} s, found no such triple among "
                 f"{self._last - self._first} plots"
             )
 
@@ -406,7 +406,7 @@ class Bundle:
     ) -> None:  # fmt: skip
         row = plot_row(time_s, position_m, covariance_m2, shared_m2, self._settings)
         if self._last > self._first and row[layout.TIME] < self._now_s():
-            raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
+            raise TimeOrderError("plot time", float(row[layout.TIME]), self._now_s())
         if self._last == len(self._plots):
             kept = self._last - self._first
             self._plots[:kept] = self._plots[self._first : self._last]

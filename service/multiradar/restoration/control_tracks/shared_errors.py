@@ -44,11 +44,11 @@ def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
     """
     shared = finite_array(shared_m2, "covariance of shared errors", (2, 2))
     least = -ROUNDING * float(np.trace(covariance_m2))
-    for name, matrix in (("it", shared), ("the rest", covariance_m2 - shared)):
+    for name, matrix in (("the shared part", shared), ("the remainder", covariance_m2 - shared)):
         variance = float(np.linalg.eigvalsh(matrix)[0])
         if variance < least:
             raise CovarianceError(
-                f"covariance of shared errors: expected at most the covariance of the plot, but "
+                "covariance of shared errors: expected at most the covariance of the plot, but "
                 f"{name} has a variance of {variance:.3g} m²"
             )
     return shared

@@ -111,11 +111,11 @@ class ControlTrack:
         ----------
         IMM UrO RAN report (2016), equation (2.3) and section 2.4.
         """
-        times = finite_array(time_s, "times of a geometric track", (None,))
+        times = finite_array(time_s, "geometric track times", (None,))
         if np.any(np.diff(times) < 0.0):
             first = int(np.argmax(np.diff(times) < 0.0))
             raise TimeOrderError(
-                "times of a geometric track", float(times[first + 1]), float(times[first])
+                "geometric track times", float(times[first + 1]), float(times[first])
             )
         segment = np.maximum(np.searchsorted(self.begin_s, times, side="right") - 1, 0)
         states = self._states_at_begins()[segment]
@@ -188,18 +188,18 @@ def measurement_track(
     ----------
     IMM UrO RAN report (2016), section 2.4.
     """
-    times = finite_array(time_s, "times of plots", (None,))
+    times = finite_array(time_s, "plot times", (None,))
     back = np.flatnonzero(np.diff(times) < 0.0)
     if len(back):
         at = int(back[0])
-        raise TimeOrderError("times of plots", float(times[at + 1]), float(times[at]))
+        raise TimeOrderError("plot times", float(times[at + 1]), float(times[at]))
     count = len(times)
     return MeasurementTrack(
         times,
-        finite_array(position_m, "positions of plots", (count, 2)),
+        finite_array(position_m, "plot positions", (count, 2)),
         require_covariance(
-            require_shape(covariance_m2, "covariances of plots", (count, 2, 2)),
-            "covariances of plots",
+            require_shape(covariance_m2, "plot covariances", (count, 2, 2)),
+            "plot covariances",
         ),
-        np.asarray(require_shape(radar, "radars of plots", (count,)), np.int64),
+        np.asarray(require_shape(radar, "plot radars", (count,)), np.int64),
     )

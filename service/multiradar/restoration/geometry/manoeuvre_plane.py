@@ -142,8 +142,8 @@ def fit_proportional(
     project's own: 2 N residuals, four parameters.
     """
     points = _points(positions_m)
-    d = require_covariance(covariance_m2, "covariance of a point")
-    finite_array(d, "covariance of a point", (3, 3))
+    d = require_covariance(covariance_m2, "point covariance")
+    finite_array(d, "point covariance", (3, 3))
     alpha = np.ones(len(points))
     if scales is not None:
         alpha = positive_array(scales, "scales", (len(points),))
@@ -185,8 +185,8 @@ def fit_plane(positions_m: ArrayLike, covariances_m2: ArrayLike) -> ManoeuvrePla
     Korobochkin, equations (1.2), (1.8), (1.11) and (1.12). The steps are the project's own.
     """
     points = _points(positions_m)
-    d = require_covariance(covariances_m2, "covariances of the points")
-    finite_array(d, "covariances of the points", (len(points), 3, 3))
+    d = require_covariance(covariances_m2, "point covariances")
+    finite_array(d, "point covariances", (len(points), 3, 3))
     mean = d.mean(axis=0)
     ratio = np.einsum("ij,nji->n", np.linalg.inv(mean), d) / 3.0
     normal = _eigenproblem(points, mean, np.sqrt(ratio))
@@ -197,13 +197,13 @@ def fit_plane(positions_m: ArrayLike, covariances_m2: ArrayLike) -> ManoeuvrePla
         if better is None or np.linalg.norm(step) < _STEP_RAD:
             return plane
         plane = better
-    raise PlaneError("NO_CONVERGENCE", f"no plane after {_STEPS_MAX} iterations")
+    raise PlaneError("NO_CONVERGENCE", f"the plane fit did not converge in {_STEPS_MAX} iterations")
 
 
 def _points(positions_m: ArrayLike) -> Floats:
     points = finite_array(positions_m, "positions", (None, 3))
     if len(points) < POINTS_MIN:
-        reason = f"expected at least {POINTS_MIN} points for a plane, was {len(points)}"
+        reason = f"expected at least {POINTS_MIN} points for a plane, found {len(points)}"
         raise PlaneError("TOO_FEW_POINTS", reason)
     return points
 

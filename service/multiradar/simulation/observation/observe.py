@@ -255,9 +255,9 @@ def _measured(
     except OutsidePlaneError as error:
         aircraft, centre = flown[1], np.degrees(sky.scenario.centre_rad)
         raise ConfigurationError(
-            f"aircraft {aircraft.track_number}: expected a flight within {error.angle_max_deg:g} "
-            f"degrees of the plane's centre {centre[0]:g}, {centre[1]:g}, flew beyond; check its "
-            f"position, speed_mps, end_s or life_s, and the scenario's duration_s"
+            f"aircraft {aircraft.track_number}: the flight goes more than {error.angle_max_deg:g} "
+            f"degrees away from the centre of the plane {centre[0]:g}, {centre[1]:g}; check its "
+            "position, speed_mps, end_s or life_s, and the duration_s of the scenario"
         ) from error
 
 
@@ -402,5 +402,5 @@ def _check_size(scenario: Scenario, aircraft: tuple[Aircraft, ...]) -> None:
     if count > MEASUREMENTS_MAX:
         raise ConfigurationError(
             f"scenario {scenario.title!r}: expected at most {MEASUREMENTS_MAX} measurements, "
-            f"was about {count:.3g}; reduce its duration or number of aircraft"
+            f"found about {count:.3g}; reduce the duration or the number of aircraft"
         )

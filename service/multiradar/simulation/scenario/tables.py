@@ -179,7 +179,7 @@ class AircraftTable(_Positioned):
         if (self.later_mode_3a is None) != (self.code_change_s is None):
             raise wrong("expected later_mode_3a and code_change_s together, found only one")
         if not self.exists and not (self.transponder and self.reports_position):
-            raise wrong("expected a ghost (exists = false) to report its position")
+            raise wrong("a ghost (exists = false) must report its position")
         return self
 
 
@@ -352,7 +352,9 @@ class SensorTable(_Positioned):
                 if key in self.model_fields_set:
                     raise wrong(f"missing speed_mps, which {key} of {self.id} requires")
         elif self.bias.time_offset_s is not None:
-            raise wrong(f"bias.time_offset_s does not apply to {self.id}, which moves; remove it")
+            raise wrong(
+                f"bias.time_offset_s does not apply to {self.id}, a moving sensor; remove it"
+            )
         return self
 
 
@@ -382,7 +384,7 @@ class ScenarioTable(Table):
         _check_once("track_number", numbers)
         count = len(self.aircraft) + sum(one.count for one in self.traffic)
         if not 1 <= count <= AIRCRAFT_MAX:
-            raise wrong(f"expected 1 to {AIRCRAFT_MAX} aircraft, was {count}")
+            raise wrong(f"expected 1 to {AIRCRAFT_MAX} aircraft, found {count}")
         return self
 
     @model_validator(mode="after")

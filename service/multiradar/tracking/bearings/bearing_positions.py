@@ -277,7 +277,7 @@ class _Fit:
             if found:
                 positions.append((east, north))
         if not positions:
-            raise BearingsError("NOT_OBSERVABLE", "no elevation gives a distance")
+            raise BearingsError("NOT_OBSERVABLE", "no elevation yields a distance")
         return np.append(np.median(np.array(positions), axis=0), [0.0, 0.0])
 
 

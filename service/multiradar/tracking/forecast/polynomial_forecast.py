@@ -74,8 +74,8 @@ def polynomial_forecast(
     if len(time_s) < PLOTS_MIN or time_s[-1] - time_s[0] < SPAN_MIN_S:
         raise TrajectoryError(
             "TOO_FEW_PLOTS",
-            f"expected at least {PLOTS_MIN} plots over {SPAN_MIN_S:g} s within {WINDOW_S:g} s, "
-            f"was {len(time_s)} plots",
+            f"expected at least {PLOTS_MIN} plots spanning {SPAN_MIN_S:g} s within {WINDOW_S:g} "
+            f"s, found {len(time_s)} plots",
         )
     last_s = float(time_s[-1])
     ahead_s = np.maximum(at_s - last_s, 0.0)

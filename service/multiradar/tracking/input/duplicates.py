@@ -71,8 +71,8 @@ NO_DUPLICATES = Duplicates.equal(np.empty(0, np.int64), MeasurementBatch.empty()
 
 def _reason(time_s: float, twin_s: float, range_m: float, azimuth_deg: float) -> str:
     if time_s == twin_s and range_m == 0.0 and azimuth_deg == 0.0:
-        return f"same measurement as the one at {twin_s} s"
+        return f"same measurement as at {twin_s} s"
     return (
-        f"expected a new plot, was a duplicate of the one at {twin_s} s by the same sensor, "
-        f"{abs(time_s - twin_s):.3f} s, {range_m:.1f} m and {azimuth_deg:.4f}° apart"
+        f"duplicate of the plot of the same sensor at {twin_s} s: {abs(time_s - twin_s):.3f} s, "
+        f"{range_m:.1f} m and {azimuth_deg:.4f}° apart"
     )

@@ -99,7 +99,7 @@ def start(
     size = degree + 1
     start_s = float(require_shape(start_s, "start", ()))
     if not abs(start_s) <= TIME_MAX_S:
-        expected = f"a finite time, at most {TIME_MAX_S:g} s"
+        expected = f"a finite time within {TIME_MAX_S:g} s of 0"
         raise ConfigurationError(f"start: expected {expected}, was {start_s} s")
     means = require_numbers(mean, "prior mean")
     means = finite_array(means, "prior mean", (size, *means.shape[1:]))
@@ -152,9 +152,9 @@ def observe(
     X on α. Least squares: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to
     Tracking and Navigation", Wiley 2001, section 3.4.
     """
-    times = ascending_times(times_s, "time of a measurement", state.observed_until_s)
+    times = ascending_times(times_s, "measurement time", state.observed_until_s)
     values = finite_array(values_m, "values", (*times.shape, *state.axes))
-    sigmas = np.sqrt(positive_array(variances_m2, "variance of a measurement", times.shape))
+    sigmas = np.sqrt(positive_array(variances_m2, "measurement variance", times.shape))
     if not len(times):
         return state
     _require_span(state, times)
@@ -195,7 +195,7 @@ def observe_increments(
     ----------
     Koptev, Rozov, Romanovsky, equation (1). The paper approximates X as constant over an interval.
     """
-    times = interval_edges(edges_s, "edge of an interval", state.observed_until_s)
+    times = interval_edges(edges_s, "interval edge", state.observed_until_s)
     _require_span(state, times)
     lengths = np.diff(times)
     values = finite_array(increments, "increments", (*lengths.shape, *state.axes))
@@ -249,7 +249,7 @@ def observe_interval(
     Koptev, Rozov, Romanovsky, equation (1) and the equations of m and γ after it, of which this is
     the exact solution.
     """
-    begin, end = interval_edges([begin_s, end_s], "end of an interval", state.observed_until_s)
+    begin, end = interval_edges([begin_s, end_s], "interval end", state.observed_until_s)
     _require_span(state, np.array([begin, end]))
     values = finite_array(moments, "moments", state.prior_mean.shape)
     variance = positive_array(noise_intensity, "noise intensity", ())
@@ -297,7 +297,7 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     Koptev, Rozov, Romanovsky, the section on the forecast: the estimates of α from m(t), and X̄_t
     from them.
     """
-    times = finite_array(times_s, "times of an estimate")
+    times = finite_array(times_s, "estimation times")
     # Any interval serves where all observations are at the start.
     alone = state.observed_until_s == state.start_s
     seen = (
@@ -352,9 +352,9 @@ def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimat
     ----------
     Koptev, Rozov, Romanovsky, the section on the forecast: X̄_t for t ≥ t*, and D_п(t).
     """
-    horizons = finite_array(horizons_s, "horizons of a forecast")
+    horizons = finite_array(horizons_s, "forecast horizons")
     if (horizons < 0.0).any():
-        raise TimeOrderError("horizon of a forecast", float(horizons.min()), 0.0)
+        raise TimeOrderError("forecast horizon", float(horizons.min()), 0.0)
     return estimate(state, state.observed_until_s + horizons)
 
 
@@ -364,8 +364,8 @@ def _require_weight(values: Floats, sigmas: Floats) -> None:
     least = float(sigmas.min(initial=1.0))
     if not max(most, 1.0) < WEIGHT_MAX * least:
         raise ConfigurationError(
-            f"values: expected sigmas above 1e-100, and values below 1e+100 times a sigma, was "
-            f"{most:g} with a sigma of {least:g}"
+            f"values: expected sigmas above 1e-100 and values below 1e+100 sigmas, found {most:g} "
+            f"with a sigma of {least:g}"
         )
 
 
@@ -374,11 +374,11 @@ def _require_span(state: PolynomialState, times: Floats) -> None:
     if np.abs(times).max() > TIME_MAX_S:
         far = float(times[np.abs(times).argmax()])
         raise ConfigurationError(
-            f"time of an observation: expected within {TIME_MAX_S:g} s of 0, was {far:g} s"
+            f"observation time: expected within {TIME_MAX_S:g} s of 0, was {far:g} s"
         )
     span = float(times[-1]) - state.start_s
     if 0.0 < span < SPAN_MIN_S:
         raise ConfigurationError(
-            f"time of an observation: expected that of the start or at least {SPAN_MIN_S:g} s "
-            f"after it, was {span:g} s after it"
+            f"observation time: expected the start time, or at least {SPAN_MIN_S:g} s later; was "
+            f"{span:g} s later"
         )

@@ -29,8 +29,8 @@ def plots(rows: list[Row]) -> list[Plot]:
         Position, velocity, NEES, geometry.
     """
     return [
-        _errors(rows, "Error of the position", "position_rms_m", "m", "position"),
-        _errors(rows, "Error of the velocity", "velocity_rms_mps", "m/s", "velocity"),
+        _errors(rows, "Position error", "position_rms_m", "m", "position"),
+        _errors(rows, "Velocity error", "velocity_rms_mps", "m/s", "velocity"),
         _consistency(rows),
         _geometry(),
     ]
@@ -44,7 +44,7 @@ def _errors(rows: list[Row], title: str, quantity: str, unit: str, name: str) ->
     return Plot(
         title=title,
         x_label="t, s",
-        y_label=f"root mean square, {unit}",
+        y_label=f"RMS error, {unit}",
         series=series,
         # Velocity errors fall by two decades after the start.
         y_scale="log" if quantity == "velocity_rms_mps" else "linear",
@@ -63,11 +63,11 @@ def _consistency(rows: list[Row]) -> Plot:
     nees = _series(rows, BEARINGS, "nees")
     edges = [np.full(len(nees.x), float(band[name] or 0.0)) for name in ("band_low", "band_high")]
     return Plot(
-        title="NEES of the bearings",
+        title="NEES of the bearings-only filter",
         x_label="t, s",
         y_label="NEES / dimension",
         series=(Series("95 % band", nees.x, edges[0], "band", edges[1]), nees),
-        caption="Mean of the runs at one time; times of one run are correlated.",
+        caption="Mean over runs at each time; errors within a run are correlated in time.",
         name="nees",
     )
 
@@ -80,13 +80,13 @@ def _geometry() -> Plot:
         x_label="east, km",
         y_label="north, km",
         series=(
-            *(Series("lines of sight at the end", one[:, 0], one[:, 1], "thin") for one in lines),
+            *(Series("final lines of sight", one[:, 0], one[:, 1], "thin") for one in lines),
             Series("sources", 1e-3 * SITES_M[:, 0], 1e-3 * SITES_M[:, 1], "points", key="ink"),
             Series("aircraft", 1e-3 * path[:, 0], 1e-3 * path[:, 1], "track"),
         ),
         equal_axes=True,
-        caption="The mean path of the aircraft, starting at the dot; in the scenario of moving "
-        "sources their initial positions.",
+        caption="Mean aircraft path, starting at the dot. Moving sources are shown at their "
+        "initial positions.",
         name="geometry",
     )
 

@@ -79,12 +79,12 @@ SCENARIOS = (
     Scenario("turning", "three sources with staggered scans"),
     Scenario("two", "two sources with staggered scans", (0.0, 2.5)),
     Scenario("at once", "three sources with simultaneous scans", (0.0, 0.0, 0.0)),
-    Scenario("moving", "three sources that fly at 150 m/s", source_speed_mps=150.0),
-    Scenario("space", "three sources with elevations", dimensions=3),
-    Scenario("jammed", "one radar with ranges, two that are jammed", ranging=(0,)),
+    Scenario("moving", "three sources moving at 150 m/s", source_speed_mps=150.0),
+    Scenario("space", "three sources that also measure elevation", dimensions=3),
+    Scenario("jammed", "one radar measuring range, two jammed radars", ranging=(0,)),
     Scenario(
         "missed",
-        "three sources with a detection probability of one half",
+        "three sources with a probability of detection of 0.5",
         detection_probability=0.5,
     ),
 )

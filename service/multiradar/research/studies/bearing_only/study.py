@@ -36,9 +36,9 @@ _RUNS_OF_BAND_MIN = 2
 #: Velocity errors are compared once during their convergence, s.
 EARLY_S = 25.0
 SUMMARY = (
-    "Direction finders, or radars whose range is jammed, measure an aircraft from several sites. "
-    "Each angle can update the track as it arrives, or the angles of a scan can be converted to a "
-    "position fix first. What is the difference?"
+    "Direction finders, or radars with jammed range measurement, observe an aircraft from several "
+    "sites. Each angle can update the track as it arrives, or the angles of a scan can first be "
+    "converted to a position fix. How do the two methods compare?"
 )
 
 
@@ -191,13 +191,13 @@ def _table(rows: list[Row]) -> Table:
                 )
             )  # fmt: skip
     return Table(
-        title="Errors with bearings, and with position fixes computed from them",
+        title="Errors with bearings and with position fixes computed from bearings",
         header=(
-            "scenario", "scheme", "position, m", "velocity, m/s", "ratio to bearings",
-            "in velocity",
+            "scenario", "scheme", "position, m", "velocity, m/s", "position ratio to bearings",
+            "velocity ratio to bearings",
         ),
         rows=tuple(cells),
-        caption=f"Root mean square after the first {SETTLED_S:g} s. "
+        caption=f"RMS errors after the first {SETTLED_S:g} s. Scenarios: "
         + "; ".join(f"{scenario.name}: {scenario.purpose}" for scenario in SCENARIOS)
         + ".",
     )  # fmt: skip
@@ -219,15 +219,16 @@ def _consistency_table(rows: list[Row]) -> Table:
     return Table(
         title="Covariance consistency (NEES)",
         header=(
-            "scenario", "scheme", "NEES / dimension", "band from", "to", "times in their band, %",
+            "scenario", "scheme", "NEES / dimension", "band from", "to", "times within band, %",
             "crossing",
         ),
         rows=tuple(cells),
-        caption="The 95 % band is that of the mean over runs and times, from the scatter of the "
-        "means of the runs. At each time NEES has its own band, but times of a run are correlated: "
-        "NEES may be outside for a long time with some seeds, hardly ever with others. Crossing: "
-        "the separation of the lines of sight at the end in units of their errors, condition (10); "
-        "3 are required.",
+        caption="The 95 % band applies to the mean over runs and times and is computed from the "
+        "scatter of the run means. For the times within band, the NEES band applies at each time "
+        "separately; since the errors within a run are correlated in time, with some seeds NEES "
+        "stays outside the band for long periods, with others hardly ever. Crossing: the final "
+        "separation of the lines of sight divided by its error, condition (10); at least 3 is "
+        "required.",
     )  # fmt: skip
 
 
@@ -264,24 +265,26 @@ def _notes(rows: list[Row]) -> list[str]:
     ]
     early_s, early = _early_gains(rows, scenario)
     return [
-        "The paper specifies neither its geometry nor its usual scheme. `position fixes` treats "
-        "the angles of a scan as simultaneous; `extrapolated position fixes` first extrapolates "
-        "each to the time of the last by the rate since the previous scan; both by least squares "
-        "with the covariance of the intersection, and the same Kalman filter.",
-        f"In the scenario {scenario} the errors of position fixes are {gains[0]:.1f} times those "
-        f"of bearings, extrapolated {gains[1]:.1f} times: the factor of 1.5 to 2 in the paper "
-        "comes from the different times of the angles, and from scans in which a single source "
-        "detects the aircraft and gives no fix. With a detection probability of one half (scenario "
-        f"{missed}, the same pattern in all runs; other seeds have other patterns and give 1.2 to "
-        f"2.8) the position errors are {gains[2]:.1f} and {gains[3]:.1f} times as large, the "
-        f"velocity errors {gains[4]:.1f} and {gains[5]:.1f} times. With simultaneous sources three "
-        "lines and their intersection carry the same information, and the two methods differ only "
-        "in the nonlinearity of the lines.",
-        "The paper reports the same for the velocity. Without missed detections the gain is "
-        "smaller: once the velocity has converged, most of its errors come from the aircraft's own "
-        f"accelerations. While it converges, after {early_s:.0f} s of the scenario {scenario}, "
-        f"they are {early[0]:.1f} times as large with position fixes, {early[1]:.1f} times if "
-        "extrapolated.",
-        "Extrapolated angles are used twice, so that errors of successive fixes are correlated; "
-        "the reported covariance is then too large or too small.",
+        "The paper specifies neither the geometry nor the conventional scheme used for "
+        "comparison. `position fixes` treats the angles of a scan as simultaneous; `extrapolated "
+        "position fixes` first extrapolates each angle to the time of the last angle, at the rate "
+        "since the previous scan. Both compute fixes by least squares, with the covariance of the "
+        "intersection, and use the same Kalman filter.",
+        f"In the scenario {scenario}, the errors with position fixes are {gains[0]:.1f} times as "
+        f"large as with bearings, with extrapolated position fixes {gains[1]:.1f} times. The "
+        "factor of 1.5 to 2 in the paper is due to the different measurement times of the angles, "
+        "and to scans in which only one source detects the aircraft, so that no fix is obtained. "
+        f"With a probability of detection of 0.5 (scenario {missed}; the detection pattern is the "
+        "same in all runs, and other seeds give ratios of 1.2 to 2.8), the position errors are "
+        f"{gains[2]:.1f} and {gains[3]:.1f} times as large, the velocity errors {gains[4]:.1f} "
+        f"and {gains[5]:.1f} times. With simultaneous sources, the three lines of sight and their "
+        "intersection carry the same information, and the two methods differ only through the "
+        "nonlinearity of the measurements.",
+        "The paper reports the same gain for the velocity. Without missed detections the gain is "
+        "smaller: once the velocity estimate has converged, most of its error is due to the "
+        f"random acceleration of the aircraft. During convergence, after {early_s:.0f} s in the "
+        f"scenario {scenario}, the velocity errors are {early[0]:.1f} times as large with "
+        f"position fixes and {early[1]:.1f} times with extrapolated position fixes.",
+        "Extrapolation uses each angle twice, so the errors of successive fixes are correlated "
+        "and the reported covariance is too large or too small.",
     ]

@@ -10,45 +10,48 @@ from multiradar.research.studies.bias_estimation.runs import (
 )
 
 _ERRORS = (
-    "Mean error: the magnitude of the deviation, averaged over the runs and over aircraft or "
-    "radars. Theoretical and reported: square roots of the averaged trace, (1.27), of the true "
-    "covariance by (1.26) and of the filter's own. An RMS value is slightly larger than a mean "
-    "magnitude: 1.13 times for two Gaussian components of equal sigma, 1.25 times for one."
+    "Mean error: the magnitude of the error, averaged over the runs and over aircraft or radars. "
+    "Theoretical and reported: square roots of the averaged trace, (1.27), of the true covariance "
+    "by (1.26) and of the covariance reported by the filter. An RMS value is slightly larger than "
+    "a mean magnitude: by a factor of 1.13 for two Gaussian components of equal sigma, and 1.25 "
+    "for one component."
 )
 _THEORY = (
-    "The theory runs each filter along the true tracks of the first run, linearised at the truth, "
-    "measures its gain by its response to small innovations, and propagates the covariance of all "
-    "aircraft and biases by (1.26), whose noise term is K D W Dᵀ Kᵀ. At the truth both forms of "
-    "the measurement differ by a change of coordinates only, so they share one theory: any larger "
-    "error of the linearised form is the cost of converting a plot to a position first."
+    "For the theoretical values, each filter is run along the true tracks of the first run, "
+    "linearised at the truth. Its gain is measured from its response to small innovations, and "
+    "the covariance of all aircraft and biases is propagated by (1.26) with the noise term K D W "
+    "Dᵀ Kᵀ. At the truth, the two forms of the measurement differ only by a change of "
+    "coordinates, so their theoretical values are the same: any larger error of the linearised "
+    "form is the cost of converting plots to positions first."
 )
 _DRIFT = (
-    "The report's table gives drift rates although (1.7) sets the drift to zero; both are studied. "
-    "The drift is 1 m and 0.02° after one second, and grows with the square root of time. With "
-    f"drifting biases the aircraft have a white acceleration of {DRIFT_DENSITY:g} m²/s³, different "
-    "in each run and known to the filters. Aircraft on exactly straight lines retain the effect of "
-    "all past biases. The two-stage filter re-anchors aircraft when the biases drift, and treats "
-    "the effect of past biases as independent errors of each aircraft: with less than about 0.1 "
-    "m²/s³ its covariance is too small."
+    "The report's table gives drift rates although (1.7) sets the drift to zero; both cases are "
+    "studied. The drift is 1 m and 0.02° (one sigma) after one second, and grows with the square "
+    "root of time. With drifting biases the aircraft have a white acceleration of "
+    f"{DRIFT_DENSITY:g} m²/s³, different in each run and known to the filters. Tracks of aircraft "
+    "on exactly straight lines retain the effect of all past biases. The two-stage filter "
+    "re-anchors the tracks when the biases drift, and treats the effect of past biases as errors "
+    "that are independent between aircraft: below about 0.1 m²/s³ its covariance is too small."
 )
 _BANDS = (
-    "The NEES band treats runs as independent and aircraft of one run as correlated, according to "
-    "the covariance of the joint filter. Errors at successive times are correlated as well, so "
-    "that a mean outside the band stays outside for a while. A consistent filter stays within the "
-    "wider band at all times, 95 times in 100."
+    "The NEES band treats runs as independent, and the aircraft of a run as correlated according "
+    "to the covariance of the joint filter. Errors at successive times are also correlated, so a "
+    "mean that leaves the band stays outside for some time. A consistent filter stays within the "
+    "wider band at all times with a probability of 95 %."
 )
 _INTERSECTION = (
-    "The trace minimised by CI adds m² and (m/s)², (1.45): here velocities are multiplied by "
-    f"{CI_SCALE_TIME_S:g} s. That suits straight flight, in which velocities converge slowly; 10 s "
-    "suit manoeuvring aircraft."
+    "Covariance intersection (CI) minimises a trace that adds m² and (m/s)², (1.45): here "
+    f"velocities are multiplied by {CI_SCALE_TIME_S:g} s. This suits straight flight, in which "
+    "velocities converge slowly; 10 s would suit manoeuvring aircraft."
 )
 _RANGE_LIMIT = (
-    f"Plots closer than {RANGE_MIN_M / 1e3:g} km to the radar are left out: there the azimuth is "
-    "not linear in the position. No track of the scenario comes so close without acceleration."
+    f"Plots closer than {RANGE_MIN_M / 1e3:g} km to the radar are omitted, because there the "
+    "azimuth is not linear in the position. Without acceleration, no track of the scenario comes "
+    "so close."
 )
 _TRACKS = (
-    "The tracks are drawn once, because the report does not publish its own, and are those of the "
-    "built-in scenario report-1-6; the seed changes everything else."
+    "The report does not publish its tracks. The study always uses those of the built-in scenario "
+    "report-1-6, which were generated at random once; the seed affects everything else."
 )
 
 
@@ -77,11 +80,14 @@ def _loss_notes(losses: Sequence[Loss]) -> list[str]:
         return []
     times = {loss.density: loss.two_stage_m / loss.joint_m for loss in losses}
     ratios = " and ".join(
-        f"{times[density]:.4g} times {where}"
-        for density, where in ((0.0, "on exactly straight lines"), (DRIFT_DENSITY, "as here"))
+        f"{times[density]:.4g} {where}"
+        for density, where in (
+            (0.0, "on exactly straight lines"),
+            (DRIFT_DENSITY, "with the acceleration used here"),
+        )
         if density in times
     )
     return [
-        f"According to the theory, its position error after {losses[0].time_s:g} s is that of the "
-        f"joint filter {ratios}; the last table gives other accelerations."
+        "In theory, the ratio of its position error to the position error of the joint filter "
+        f"after {losses[0].time_s:g} s is {ratios}; the last table lists other accelerations."
     ]

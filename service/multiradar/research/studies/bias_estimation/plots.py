@@ -82,8 +82,8 @@ def _one_filter(case: Case, column: int) -> Plot:
     title, unit = _LABELS[QUANTITIES[column]]
     drawn: tuple[tuple[str, Floats, Style, str], ...] = (
         ("one run", case.one, "thin", case.name),
-        ("mean of the runs", case.mean, "line", case.name),
-        ("by (1.26)", case.theoretical, "dashed", "ink"),
+        ("mean over runs", case.mean, "line", case.name),
+        ("theory, (1.26)", case.theoretical, "dashed", "ink"),
         ("reported", case.reported, "dotted", "ink"),
     )
     first = _FILTERS_FROM.get(case.name)
@@ -108,14 +108,14 @@ def _consistency(cases: list[Case], findings: Findings, column: int) -> Plot:
     return Plot(
         title=_NEES_TITLES[CONSISTENCIES[column]],
         x_label=_TIME,
-        y_label="normalised error squared / dimension",
+        y_label="NEES / dimension",
         series=(
             Series(
-                "95 % at all times", times, bands.all_low[:, column], "band",
+                "95 % band, all times", times, bands.all_low[:, column], "band",
                 bands.all_high[:, column], key="band of all times",
             ),
             Series(
-                "95 % at one time", times, bands.low[:, column], "band",
+                "95 % band, each time", times, bands.low[:, column], "band",
                 bands.high[:, column], key="band of one time",
             ),
             Series("expected", times, np.ones_like(times), "reference"),
@@ -159,6 +159,6 @@ def _scene(findings: Findings, setting: Setting) -> Plot:
             Series("radars", sites[:, 0], sites[:, 1], "points"),
         ),
         equal_axes=True,
-        caption="The tracks are drawn at random once; the report does not publish its own.",
+        caption="The report does not publish its tracks; these were generated at random once.",
         name="scene",
     )

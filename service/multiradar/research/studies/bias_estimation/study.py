@@ -11,11 +11,11 @@ from multiradar.research.studies.catalogue import BIAS_ESTIMATION
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
 
 _SUMMARY = (
-    "Fifteen aircraft fly straight for {duration:g} s, measured by three radars with range and "
-    "azimuth biases. Every filter starts with errors of 1 km, 300 m/s, 500 m and 0.3° (one sigma) "
-    "and processes the same plots, one per second, radar and aircraft; {runs} runs differ in "
-    "noise, initial errors and, with drifting biases, in the drift. Without gates, and with the "
-    "kernels of the service."
+    "Fifteen aircraft fly straight for {duration:g} s and are observed by three radars with range "
+    "and azimuth biases. Every filter starts with errors of 1 km, 300 m/s, 500 m and 0.3° (one "
+    "sigma) and processes the same plots: one per second from each radar for each aircraft. The "
+    "{runs} runs differ in noise, initial errors and, with drifting biases, in the drift. There "
+    "is no gating; the filters use the kernels of the service."
 )
 
 

@@ -34,10 +34,10 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
             f"Mean errors after {end_s:g} s",
             ("filter", "measurement", "drift", *HEADINGS),
             tuple((*_which(case), *case.mean[-1].tolist()) for case in findings.cases),
-            f"Modulus of the deviation, mean of {runs} runs and of all aircraft or radars.",
+            f"Magnitude of the error, averaged over {runs} runs and all aircraft or radars.",
         ),
         Table(
-            f"Errors after {end_s:g} s by (1.26), and as the filters report them",
+            f"Errors after {end_s:g} s: true, by (1.26), and as reported by the filters",
             (
                 "filter", "measurement", "drift",
                 *(f"{heading}, {kind}" for heading in HEADINGS for kind in ("true", "reported")),
@@ -46,9 +46,9 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
                 (*_which(case), *np.stack([case.theoretical[-1], case.reported[-1]], 1).ravel())
                 for case in findings.cases
             ),
-            "Square roots of the averaged trace of the position or velocity block, (1.27): an RMS "
-            "value, which for a Gaussian error is up to 1.13 times the mean magnitude in two "
-            "dimensions, and 1.25 times in one.",
+            "Square roots of the averaged trace of the position or velocity block, (1.27). These "
+            "are RMS values, which for Gaussian errors are up to 1.13 times the mean magnitude in "
+            "two dimensions and 1.25 times in one dimension.",
         ),
         _consistency_table(findings, runs),
     ]  # fmt: skip
@@ -76,25 +76,24 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
                 bool(always[column]),
             ]
         rows.append((*_which(case), *cells))
-    parts = ("at the end", "mean of all times", "times in the band", "always in the wider band")
+    parts = ("final", "mean over time", "times within band", "always within wider band")
     return Table(
-        "Normalised estimation error squared (NEES) per dimension: 1 is consistent",
+        "Normalised estimation error squared (NEES) per dimension; 1 for a consistent filter",
         (
             "filter", "measurement", "drift",
             *(f"{what}, {part}" for what in ("aircraft", "biases") for part in parts),
         ),
         tuple(rows),
-        f"A consistent filter has the mean of {runs} runs in the 95 % band at 95 of 100 times, and "
-        "at all times together in the wider band with a probability of 95 %.",
+        f"For a consistent filter, the mean over {runs} runs is within the 95 % band at 95 % of "
+        "the times, and within the wider band at all times with a probability of 95 %.",
     )  # fmt: skip
 
 
 def _loss_table(losses: Sequence[Loss]) -> Table:
     return Table(
-        f"Two-stage filter relative to the joint filter under drift, by (1.26), after "
-        f"{losses[0].time_s:g} s",
+        f"Two-stage and joint filter with drifting biases, by (1.26), after {losses[0].time_s:g} s",
         (
-            "acceleration density, m²/s³", "joint, m", "two-stage, m", "more than joint, %",
+            "acceleration density, m²/s³", "joint, m", "two-stage, m", "excess over joint, %",
             "aircraft, expected NEES", "biases, expected NEES",
         ),
         tuple(
@@ -105,8 +104,8 @@ def _loss_table(losses: Sequence[Loss]) -> Table:
             )
             for loss in losses
         ),
-        "Root mean square of the position for the drift of the table of section 1.6. The effect of "
-        "past biases is common to all aircraft; the two-stage filter treats it as independent "
-        "between aircraft. This is harmless where process noise discards the past, but not on "
-        "exactly straight flights.",
+        "RMS position error with the drift given in the table of section 1.6. The effect of past "
+        "biases is common to all aircraft, but the two-stage filter treats it as independent "
+        "between aircraft. This is harmless if process noise makes the filter discard the past, "
+        "but not in exactly straight flight.",
     )  # fmt: skip

@@ -22,18 +22,18 @@ BAND = ("band_low", "band_high")
 #: The flights of model (5) with the turn rate of figure 3 a.
 PUBLISHED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PUBLISHED_TURN_RATES_RAD_PER_S[0])]
 HEADING_CAPTION = (
-    "Lines: exact, from the parameters; points: simulated. Only in the velocity frame do the "
-    "parameters apply to every heading and separate along from across."
+    "Lines: exact, from the parameters; points: simulated. Only in the velocity frame are the "
+    "parameters valid for every heading and separate along from across the track."
 )
 CONSISTENCY_CAPTION = (
-    "The noise of the relative-speed variant depends on the axes: its filter is nearly consistent "
-    "between them and loses aircraft that fly along one."
+    "The process noise of the relative-speed model depends on the coordinate axes: its filter is "
+    "nearly consistent at headings between the axes and loses aircraft that fly along an axis."
 )
 TURN_CAPTION = {
-    "velocity_rms_mps": "Root mean square over the flights, after the first fifth. The lines of "
+    "velocity_rms_mps": "RMS over all flights, without the first fifth of each. The lines for "
     "Cartesian and white acceleration coincide.",
     "position_rms_m": "",
-    "nees": "1 for a consistent filter, above 1 where its covariance is too small.",
+    "nees": "1 for a consistent filter, above 1 if its covariance is too small.",
 }
 
 
@@ -76,7 +76,7 @@ def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
         "north, km",
         tuple(series),
         equal_axes=True,
-        caption="Trajectories on the plane, all from the origin at 100 m/s.",
+        caption="Horizontal trajectories, all from the origin at 100 m/s.",
         group=f"Figure {panel[0]}: model ({'5' if scenario.model == FRAME else '2'})",
         name=f"figure-{panel[0]}" if panel.endswith("b") else "",
     )
@@ -93,7 +93,7 @@ def _headings(rows: Sequence[Row]) -> Iterable[Plot]:
             "acceleration, m/s²",
             tuple(_along_and_across(selected)),
             caption=HEADING_CAPTION if is_frame else "",
-            group="Root mean square acceleration of one interval, by heading",
+            group="RMS acceleration over one interval, by heading",
         )
 
 
@@ -127,7 +127,7 @@ def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
             series.append(Series("expected", rates, np.ones(len(rates)), "reference"))
         yield Plot(
             title,
-            "v_K of the flights, °/s",
+            "turn rate v_K, °/s",
             f"{title}{unit}",
             tuple(series),
             y_scale="log",
@@ -152,7 +152,7 @@ def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
             tuple(series),
             y_scale="log",
             caption=CONSISTENCY_CAPTION if scenario.model == FRAME else "",
-            group="NEES by initial heading, for each motion",
+            group="NEES by initial heading, for each motion model",
         )
 
 
@@ -165,12 +165,12 @@ def _in_time(rows: Sequence[Row]) -> Plot:
             series.append(Series("95 % band", time, low, "band", y2=high))
         series.append(Series(name, time, _numbers(points, "value")))
     return Plot(
-        f"Consistency in time: {scenario.model}, {scenario.setting}",
+        f"Consistency over time: {scenario.model}, {scenario.setting}",
         "time, s",
         "NEES / 6",
         tuple(series),
         y_scale="log",
-        caption="Mean over the flights, with its 95 % band for a consistent filter.",
+        caption="Mean over all flights, with the 95 % band for a consistent filter.",
     )
 
 

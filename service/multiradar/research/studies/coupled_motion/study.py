@@ -62,22 +62,23 @@ from multiradar.research.studies.result import Progress, StudyOptions, StudyResu
 TABLES = (
     (
         "velocity_rms_mps",
-        "Velocity error of each filter, m/s, by motion",
-        "Root mean square over the flights, after the first fifth. Positions are measured every "
+        "Velocity error of each filter by motion model, m/s",
+        "RMS over all flights, without the first fifth of each. Positions are measured every "
         f"{INTERVAL_S:g} s, with an error of {POSITION_SIGMA_M:g} m in each coordinate.",
     ),
-    ("position_rms_m", "Position error of each filter, m, by motion", ""),
+    ("position_rms_m", "Position error of each filter by motion model, m", ""),
     (
         "nees",
-        "NEES / 6 of each filter, by motion",
-        "1 for a consistent filter, above 1 where its covariance is too small.",
+        "NEES / 6 of each filter by motion model",
+        "1 for a consistent filter, above 1 if its covariance is too small.",
     ),
 )
 
 SUMMARY = (
     "Aircraft accelerate along and perpendicular to their velocity, not along the coordinate axes "
-    "of the tracker. What is the effect of modelling the random acceleration along fixed axes, "
-    "(2), or in the frame of the velocity, (5), and how accurate is a filter with each model?"
+    "of the tracker. How does modelling the random acceleration along fixed axes, (2), differ "
+    "from modelling it in the velocity frame, (5), and how accurate is a filter based on each "
+    "model?"
 )
 
 
@@ -191,29 +192,40 @@ def _figure_table(rows: list[Row]) -> Table:
             found.setdefault(key, {})[str(row["quantity"])] = row
     return Table(
         "Statistics of the trajectories of figures 1 and 3",
-        ("motion", "parameters", "along, m/s²", "across, m/s²", "speed change, m/s", "turned, °"),
+        (
+            "motion",
+            "parameters",
+            "along, m/s²",
+            "across, m/s²",
+            "speed change, m/s",
+            "course change, °",
+        ),
         tuple((*key, *(row["value"] for row in of.values())) for key, of in found.items()),
-        "Root mean squares: of the acceleration along and across the track in the plane, and of "
-        "the change of ground speed and of the course between start and end.",
+        "RMS values of the acceleration along and across the track in the horizontal plane, and "
+        "of the changes of ground speed and course between start and end.",
     )
 
 
 def _notes(runs: int, steps: int) -> list[str]:
     return [
-        "The paper does not give the interval, the number of steps or the initial speed of its "
-        f"figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, headings "
-        "evenly spaced over the circle, a climb of 2°; vertical a_z = 0.2 m/s² and v_φ = 0.1 °/s.",
-        f"Tracking: {runs} flights of each motion, the same for every filter. Each filter knows "
-        "the root mean square accelerations of the kind of aircraft along, across and up; models "
-        "by axes use the mean square of the first two for both horizontal axes, models of the "
-        "velocity frame use them directly, as rates divided by the initial speed.",
-        "The parameters of (5) apply to every heading. Those of (2) do so only when a_x = a_y; a "
-        "filter with (2) is then consistent on average, but cannot model that an aircraft turns "
-        "harder than it accelerates. The relative-speed variant has no noise along an axis without "
-        "initial speed: near the axes its filter is overconfident and loses aircraft that turn.",
-        "(7) uses the direction of the estimated velocity for its noise. At 6 °/s that direction "
-        "is wrong by some 10°: part of the strong cross-track noise is then applied in a wrong "
-        "direction, and the covariance is too small; (5), with the course as a state, is nearly "
-        "consistent. With white acceleration the position moves within an interval, which the "
-        "models of the paper do not have.",
+        "The paper does not give the interval, the number of steps or the initial speed for its "
+        f"figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, initial "
+        "headings evenly spaced over the circle, and a climb angle of 2°; vertically, a_z = 0.2 "
+        "m/s² and v_φ = 0.1 °/s.",
+        f"Tracking: {runs} flights of each motion model, the same for every filter. Each filter "
+        "is given the RMS accelerations of its aircraft along and across the track and "
+        "vertically. Models with fixed axes use the mean square of the first two for both "
+        "horizontal axes; velocity-frame models use them directly, divided by the initial speed "
+        "to give rates.",
+        "The parameters of (5) are valid for every heading, those of (2) only if a_x = a_y. A "
+        "filter with (2) is then consistent on average, but cannot represent a lateral "
+        "acceleration larger than the longitudinal one. The relative-speed model has no process "
+        "noise along an axis without initial speed: at headings near the axes, its filter is "
+        "overconfident and loses aircraft that turn.",
+        "The filter with (7) takes the direction of its process noise from the estimated "
+        "velocity. At 6 °/s this direction is wrong by about 10°: part of the strong cross-track "
+        "noise is then applied in the wrong direction, and the covariance is too small. The "
+        "filter with (5), in which the course is a state, is nearly consistent. With white "
+        "acceleration the position also varies at random within an interval, unlike in the models "
+        "of the paper.",
     ]

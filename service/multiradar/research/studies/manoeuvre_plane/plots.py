@@ -29,8 +29,8 @@ def plots(rows: list[Row]) -> list[Plot]:
         Figures 3, 4, 2 and 1 of the paper, in this order.
     """
     return [
-        _errors(rows, "normal_error_mrad", "Error of the normal", "mrad", figure=3, name="normal"),
-        _errors(rows, "distance_error_m", "Error of the distance", "m", figure=4, name="distance"),
+        _errors(rows, "normal_error_mrad", "Plane normal error", "mrad", figure=3, name="normal"),
+        _errors(rows, "distance_error_m", "Plane distance error", "m", figure=4, name="distance"),
         _criterion(rows),
         _path(),
     ]
@@ -52,7 +52,7 @@ def _errors(
             published,
         ),
         y_scale="log",
-        caption="Mean of the runs. The paper gives the last value of one run.",
+        caption="Mean over runs. The paper gives only the final value of a single run.",
         name=name,
     )
 
@@ -65,12 +65,12 @@ def _criterion(rows: list[Row]) -> Plot:
         x_label="t, s",
         y_label="√(2 Λ)",
         series=(
-            _line(rows, "√(2 Λ), mean of the runs", "printed_statistic", RADII_M[0]),
+            _line(rows, "√(2 Λ), mean over runs", "printed_statistic", RADII_M[0]),
             _line(rows, "√(2 N) + 2", "printed_threshold", RADII_M[0], "ink"),
             Series("exact, 0.3 %", times, np.asarray(exact), "dashed", key="exact"),
         ),
-        caption=f"Radius {RADII_M[0]:g} m. Above the dashed line χ² with "
-        "N − 3 degrees of freedom rejects the plane.",
+        caption=f"Radius {RADII_M[0]:g} m. Above the dashed line, the χ² test with N − 3 degrees "
+        "of freedom rejects the plane.",
         name="criterion",
     )
 
@@ -80,7 +80,7 @@ def _path() -> Plot:
         1e-3 * path(Case(SOURCES[0], radius, 0.0))[:, [0, 2]] for radius in RADII_M
     ]  # fmt: skip
     return Plot(
-        title="Figure 1: the path",
+        title="Figure 1: aircraft path",
         x_label="x, km",
         y_label="z, km",
         series=(
@@ -91,7 +91,7 @@ def _path() -> Plot:
             Series("radar", np.zeros(1), np.zeros(1), "points", key="ink"),
         ),
         equal_axes=True,
-        caption="The plane OXZ, flown for 10 s starting at the dot.",
+        caption="Path in the plane OXZ over 10 s, starting at the dot.",
         name="path",
     )
 

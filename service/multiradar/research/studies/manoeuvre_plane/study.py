@@ -31,9 +31,9 @@ Row = dict[str, Value]
 #: Factor of the runs for counting rejections: at 0.3 % a hundred runs are too few.
 REJECTION_FACTOR = 30
 SUMMARY = (
-    "An aircraft flies a circle in a vertical plane; its position is measured a hundred times a "
-    "second with errors of 25 m on each axis. How accurate is the plane, how often is planar "
-    "motion rejected, and is a helix distinguished from a circle?"
+    "An aircraft flies a circle in a vertical plane; its position is measured at 100 Hz with "
+    "errors of 25 m on each axis. How accurate is the fitted plane, how often is planar motion "
+    "rejected, and can a helix be distinguished from a circle?"
 )
 
 
@@ -180,15 +180,15 @@ def _errors_table(rows: list[Row]) -> Table:
                 row += [value[name], published[name], percent]
             cells.append(tuple(row))
     return Table(
-        title="Mean errors of the plane of a circle",
+        title="Mean errors of the plane fitted to a circle",
         header=(
             "radius, m", "t, s", "determined", "normal, mrad", "published",
             "runs at or below, %", "distance, m", "published", "runs at or below, %",
         ),
         rows=tuple(cells),
-        caption="The paper does not give the radius; its errors are from figures of one run. "
-        "Runs at or below: fraction of the runs with at most the published error. Determined: "
-        "fraction of the runs in which a straight line does not fit the points.",
+        caption="The paper does not give the radius; the published errors are from figures of a "
+        "single run. Runs at or below: fraction of runs with an error no larger than published. "
+        "Determined: fraction of runs in which the points do not fit a straight line.",
     )  # fmt: skip
 
 
@@ -206,10 +206,10 @@ def _rejection_table(rows: list[Row]) -> Table:
             )
         )  # fmt: skip
     return Table(
-        title="Rejection rate of the plane of a circle, %",
-        header=("source", "runs", "χ², N − 3", "99.9 % band of 0.3 %", "criterion (1.17)"),
+        title="Rejection rate of planar motion on a circle, %",
+        header=("source", "runs", "χ², N − 3", "99.9 % band for 0.3 %", "criterion (1.17)"),
         rows=tuple(cells),
-        caption="At the published level of 0.3 %.",
+        caption="At the published significance level of 0.3 %.",
     )
 
 
@@ -223,14 +223,15 @@ def _helix_table(rows: list[Row]) -> Table:
     return Table(
         title="Helix detection rate, %",
         header=(
-            "climb along the axis, m/s",
+            "speed along the axis, m/s",
             *(
                 f"radius {radius:g} m: {angle:.0f}°"
                 for radius, angle in zip(HELIX_RADII_M, turned, strict=True)
             ),
         ),
         rows=tuple(cells),
-        caption=f"After {TIMES_S[-1]:g} s, with the angle flown on the circle in degrees.",
+        caption=f"After {TIMES_S[-1]:g} s. The column headings give the angle flown around the "
+        "circle.",
     )
 
 
@@ -238,13 +239,14 @@ def _notes(rows: list[Row]) -> list[str]:
     shares = _chosen(rows, part="rejection", quantity="refused_by_printed_share")
     published = float(shares[0]["value"] or 0.0)
     return [
-        "Λ has N − 3 degrees of freedom: the plane has three parameters. The published criterion "
-        f"√(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of planar motions here, not 0.3 %: "
-        "by Fisher's approximation its threshold is two sigma, which is 2.3 %.",
-        "`proportional`: sources with sigmas as 1, 2 and 3, of one shape and direction, by the "
-        "eigenproblem. `two directions`: covariances rotated by 90° relative to each other, which "
-        "are not proportional; solved by the search that starts from the solution "
-        "of the eigenproblem.",
-        "Half a turn of a helix is nearly an inclined plane: a slow climb is not detected, and "
-        "does not matter. The larger the observed part of a turn, the slower the detectable climb.",
+        "Λ has N − 3 degrees of freedom, because the plane has three parameters. The published "
+        f"criterion √(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of planar motions here, "
+        "not 0.3 %: in Fisher's approximation its threshold corresponds to two sigma, or 2.3 %.",
+        "`proportional`: sources with sigmas in the ratio 1 : 2 : 3 and covariances of the same "
+        "shape and orientation, solved as an eigenproblem. `two directions`: covariances rotated "
+        "by 90° relative to each other, which are not proportional, solved by the search that "
+        "starts from the solution of the eigenproblem.",
+        "Half a turn of a helix lies almost in an inclined plane: a slow climb is not detected, "
+        "and is of no consequence. The larger the observed part of a turn, the slower the climb "
+        "that can be detected.",
     ]

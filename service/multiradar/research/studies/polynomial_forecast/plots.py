@@ -63,7 +63,7 @@ def _filtering(rows: list[dict[str, Value]]) -> Plot:
         series.append(Series(f"C₂ = {intensity:g} m²·s, exact", times, exact, key=_key(intensity)))
         series += _points(chosen, intensity)
     return Plot(
-        title="Variance of the filter's error",
+        title="Filter error variance",
         x_label="observation time, s",
         y_label="variance, m²",
         series=tuple(series),
@@ -84,13 +84,13 @@ def _forecasts(rows: list[dict[str, Value]]) -> Plot:
         chosen = [row for row in rows if row["quantity"] == "forecast_variance"]
         series += _points(chosen, intensity)
     return Plot(
-        title="Variance of the forecast",
+        title="Forecast error variance",
         x_label="t, s",
         y_label="variance, m²",
         series=tuple(series),
         y_scale="log",
-        caption="From t* = 10 s and from t* = 20 s. Another ten seconds of observation reduce the "
-        "variance ten seconds ahead to one tenth.",
+        caption="Forecasts from t* = 10 s and t* = 20 s. Ten more seconds of observation reduce "
+        "the variance of the ten-second forecast to one tenth.",
         name="forecast-variance",
     )
 
@@ -125,15 +125,15 @@ def _forecast_errors(rng: np.random.Generator) -> list[Plot]:
         sigmas, horizons = np.sqrt(ahead.variance), ahead.time_s - begin
         found.append(
             Plot(
-                title=f"Errors of forecasts from t* = {begin:g} s, C₂ = {INTENSITIES[0]:g} m²·s",
+                title=f"Forecast errors from t* = {begin:g} s, C₂ = {INTENSITIES[0]:g} m²·s",
                 x_label="time after the last observation, s",
                 y_label="forecast − truth, m",
                 series=(
                     Series("2 sigma", horizons, -2.0 * sigmas, "band", 2.0 * sigmas, key="sigma"),
                     *(Series("single runs", horizons, one, "thin", key="runs") for one in errors.T),
                 ),
-                group="Errors of forecasts",
-                caption="At any time one line in twenty is outside the band of two sigma.",
+                group="Forecast errors",
+                caption="At any time, about one line in twenty is outside the two-sigma band.",
                 name=f"forecast-fan-{begin:g}",
             )
         )
@@ -156,11 +156,11 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
     acceleration = f"α₂ = {DRAWN[2]:g} m/s²".replace("-", "−")
     return [
         Plot(
-            title=f"Figure 2: a trajectory with {acceleration}, and its filtered values",
+            title=f"Figure 2: trajectory with {acceleration}, true and filtered",
             x_label="t, s",
             y_label="X, m",
             series=tuple(tracks),
-            caption="At this scale the filter and trajectory coincide.",
+            caption="At this scale the true and filtered values coincide.",
             name="trajectory",
         ),
         Plot(
@@ -169,8 +169,9 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
             y_label="filtered − truth, m",
             series=tuple(errors),
             y_limits=(-6.0, 6.0),
-            caption="An acceleration of ten sigmas of the prior leaves the band at first: the "
-            "filter follows a straight line until the observations outweigh the prior.",
+            caption="Because the acceleration is ten prior sigmas, the error is outside the band "
+            "at first: the filter follows a straight line until the observations outweigh the "
+            "prior.",
             name="trajectory-error",
         ),
     ]

@@ -35,10 +35,10 @@ PUBLISHED: dict[tuple[float, float | None], tuple[float, ...]] = {
     (0.1, 20.0): (0.098, 0.189, 0.332, 0.544, 0.845),
 }
 SUMMARY = (
-    "A trajectory that is a parabola in time, with normal coefficients (variances 100 m², 25 "
-    "(m/s)² and 0.04 (m/s²)²), is observed with white noise of intensity C₂. How accurate is the "
-    "filtered position during the observation, and how fast does a forecast deteriorate after the "
-    "last observation?"
+    "A trajectory that is quadratic in time, with normally distributed coefficients (variances "
+    "100 m², 25 (m/s)² and 0.04 (m/s²)²), is observed with white noise of intensity C₂. How "
+    "accurate is the filtered position during the observation, and how quickly does a forecast "
+    "deteriorate after the last observation?"
 )
 # Upper bound of the search for the number of runs of the paper.
 _RUNS_SEARCHED = 100_000
@@ -78,9 +78,9 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
         seed=options.seed,
         rows=rows,
         tables=[
-            _table("Variance of the filter's error, m²", rows, None),
+            _table("Filter error variance, m²", rows, None),
             *(
-                _table(f"Variance of the forecast from t* = {begin:g} s, m²", rows, begin)
+                _table(f"Forecast error variance from t* = {begin:g} s, m²", rows, begin)
                 for begin in FORECAST_FROM_S
             ),
         ],
@@ -164,7 +164,7 @@ def _table(title: str, rows: list[dict[str, Value]], begin: float | None) -> Tab
         title=title,
         header=("C₂, m²·s", "t, s", "exact", "Monte Carlo", "99.9 % band", "in band", "published"),
         rows=tuple(cells),
-        caption="Exact: Bayesian linear regression, with the band of the Monte Carlo simulation.",
+        caption="Exact: Bayesian linear regression. The band applies to the Monte Carlo value.",
     )
 
 
@@ -179,17 +179,17 @@ def _notes(figures: list[Figure], rows: list[dict[str, Value]], runs: int) -> li
     apart = max(abs(figure.filtered / figure.exact - 1.0) for figure in figures)
     inside = sum(map(_inside, rows))
     return [
-        "The variances of the filter and of the regression differ by a fraction of at most "
-        f"{apart:.1g}. The filter adds information on Legendre polynomials without numerical "
-        "integration; the paper's equations of γ, in Euler steps of 1 ms, are not a covariance "
-        "after the first step for C₂ = 0.1 m²·s, and diverge later.",
-        f"{inside} of {len(rows)} mean squares over {runs} runs lie in their 99.9 % bands. The "
-        "values of one run are correlated; about one seed in fifty has one of them outside.",
+        "The variances of the filter and of the regression agree to within a relative difference "
+        f"of {apart:.1g}. The filter adds information in Legendre polynomials without numerical "
+        "integration. The paper's equations for γ, integrated with Euler steps of 1 ms, no longer "
+        "yield a valid covariance after the first step for C₂ = 0.1 m²·s, and diverge later.",
+        f"{inside} of {len(rows)} mean squares over {runs} runs lie within their 99.9 % bands. "
+        "The values of a run are correlated; with about one seed in fifty, one of them is outside.",
         _note_on_published_values(figures),
-        "Misprints of the paper are corrected: the gain is (γ₀₀, γ₁₀, γ₂₀)/C₂, the last term of "
-        "the equation of γ₀₁ is γ₀₀ γ₀₁/C₂, and C₂ is an intensity in m²·s. In figure 2 it is α₂, "
-        "not α₀, that is −2 m/s², ten sigmas of its prior: the filter lags until it has enough "
-        "observations.",
+        "Misprints in the paper are corrected: the gain is (γ₀₀, γ₁₀, γ₂₀)/C₂, the last term of "
+        "the equation for γ₀₁ is γ₀₀ γ₀₁/C₂, and C₂ is an intensity in m²·s. In figure 2, the "
+        "value of −2 m/s² belongs to α₂, not α₀. It is ten sigmas of its prior, so the filter "
+        "lags until it has enough observations.",
     ]
 
 
@@ -207,8 +207,9 @@ def _note_on_published_values(figures: list[Figure]) -> str:
     return (
         "The published values are mean squares over an unpublished number of runs. The value "
         f"furthest from the exact one (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
-        f"{ratios[furthest]:.2f} times as large: at most {all_runs} runs "
-        f"have all {len(ratios)} in their 99.9 % bands, and {other_runs} runs all others. All "
-        f"forecasts are {min(ahead):.2f} to {max(ahead):.2f} times the exact value; all deviate in "
-        "the same direction because they come from the same trajectories."
+        f"{ratios[furthest]:.2f} times the exact value. All {len(ratios)} values lie within their "
+        f"99.9 % bands only for at most {all_runs} runs, and all the other values only for at "
+        f"most {other_runs} runs. The published forecast variances are {min(ahead):.2f} to "
+        f"{max(ahead):.2f} times the exact values; all deviate in the same direction because they "
+        "come from the same trajectories."
     )

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 #: Drawn steps: name of the step, name of the file, title.
 DRAWN = (
-    ("the bundle: priors, least squares, Laplace", "service", "The bundle of the service"),
+    ("the bundle: priors, least squares, Laplace", "service", "Trajectory bundle of the service"),
     ("initial window: arcs through triples", "figure-2-2", "Figure 2.2: the initial window"),
     ("initial window, thinned", "figure-2-2-thinned", "The initial window after thinning"),
     ("before the last plot", "before-branching", "Before the last plot"),
@@ -62,7 +62,7 @@ def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
     # The whole S once; then the part within the window.
     grid = whole_seconds(0.0, DURATION_S) if picture.name == SERVICE else picture.time_s
     return Plot(
-        title="The flight",
+        title="Flight path",
         x_label="east, km",
         y_label="north, km",
         series=(
@@ -73,7 +73,7 @@ def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
         ),
         equal_axes=True,
         group=title,
-        caption=f"{len(picture.positions_m)} tracks, {step_label(picture.name)}.",
+        caption=f"{len(picture.positions_m)} tracks ({step_label(picture.name)}).",
         name=f"{name}-flight",
     )
 
@@ -87,21 +87,22 @@ def _end(run: Run, picture: Picture, name: str, title: str) -> Plot:
     ended = np.concatenate([picture.positions_m, picture.ends_m[:, None]], axis=1) - origin
     sigma = _ellipse(run.plots.covariance_m2[last])
     return Plot(
-        title="The end",
+        title="Track ends",
         x_label="east of the last plot, m",
         y_label="north of the last plot, m",
         series=(
             *(_line("tracks", one, "thin", "tracks") for one in ended[::-1]),
             _line("best track", ended[0], "line", "best"),
             _line("true path", true_path, "dashed", "ink"),
-            _line("one sigma of the last plot", sigma, "dotted", "plots"),
+            _line("one-sigma ellipse of the last plot", sigma, "dotted", "plots"),
             _line("plots", run.plots.position_m[: last + 1] - origin, "rings", "plots"),
         ),
         equal_axes=True,
         group=title,
         x_limits=(-BACK_M, BEYOND_M),
         y_limits=(-0.5 * (BACK_M + BEYOND_M), 0.5 * (BACK_M + BEYOND_M)),
-        caption="Dotted: one sigma of the last plot. The true path ends at the time of that plot.",
+        caption="Dotted: one-sigma ellipse of the last plot. The true path is shown up to the "
+        "time of that plot.",
         name=name,
     )
 
@@ -122,15 +123,16 @@ def _branching(run: Run) -> list[Plot]:
             x_label="east of the last plot, m",
             y_label="north of the last plot, m",
             series=(
-                _line("a track", track.geometric(grid).position_m - origin, "line", "tracks"),
-                _line("its branch", branch.geometric(grid).position_m - origin, "line", "best"),
+                _line("track", track.geometric(grid).position_m - origin, "line", "tracks"),
+                _line("branch", branch.geometric(grid).position_m - origin, "line", "best"),
                 _line("true path", run.path.position(grid) - origin, "dashed", "ink"),
                 _line("plots", run.plots.position_m[seen] - origin, "rings", "plots"),
                 _line("branch point", leaving, "points", "best"),
             ),
             equal_axes=True,
-            caption=f"The branch leaves {now_s - leaves_s:g} s before the last plot with "
-            f"{branch.lateral_mps2[-1]:.2g} m/s² to the right and keeps the speed.",
+            caption=f"The branch leaves the track {now_s - leaves_s:g} s before the last plot, "
+            f"with a lateral acceleration of {branch.lateral_mps2[-1]:.2g} m/s² to the right and "
+            "constant speed.",
             name="figure-2-1",
         )
     ]  # fmt: skip
@@ -147,13 +149,17 @@ def _accelerations(run: Run, named: dict[str, Picture]) -> Plot:
         x_label="t, s",
         y_label="to the right, m/s²",
         series=(
-            Series("best after the search", times, _lateral_mps2(named[SEARCHED].best, times)),
-            Series("best of the service", times, _lateral_mps2(service.best, times), key="best"),
-            Series("mean of the service", times, np.asarray(mean), key="tracks"),
+            Series(
+                "best track after the search", times, _lateral_mps2(named[SEARCHED].best, times)
+            ),
+            Series(
+                "best track of the service", times, _lateral_mps2(service.best, times), key="best"
+            ),
+            Series("mean track of the service", times, np.asarray(mean), key="tracks"),
             Series("true", times, true_lateral_mps2(times), "dashed", key="ink"),
         ),
-        caption="Over the window: of the best track after the report's search, of the best track "
-        "of the service, and the weighted mean of its tracks.",
+        caption="Over the window, for the best track after the report's search, the best track of "
+        "the service, and the weighted mean of the service's tracks.",
         name="lateral-acceleration",
     )
 

@@ -39,6 +39,16 @@ VARIANTS = (
     ("the same, last plot weighs a quarter", SearchRules(last_plot=0.25)),
     ("the same, a dimple for each plot", SearchRules(dimples=True)),
 )
+#: Names of the steps in tables and plots, where they differ from those in the rows.
+STEP_LABELS = {
+    "the same, thinned by weight alone": "before the last plot, thinned by weight alone",
+    VARIANTS[0][0]: "Hooke–Jeeves search, as published",
+    VARIANTS[1][0]: "Hooke–Jeeves search, last segment at least 20 s",
+    VARIANTS[2][0]: "Hooke–Jeeves search, last plot weighted by a quarter",
+    VARIANTS[3][0]: "Hooke–Jeeves search, a dimple for each plot",
+    "least squares on the same": "least squares, same functional",
+    "the bundle: priors, least squares, Laplace": "service: priors, least squares, Laplace",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,7 +172,7 @@ def last_plot(plots: MeasurementTrack, picture: Picture) -> int:
 
 def step_label(name: str) -> str:
     """Return the name of a step in tables and plots."""
-    return name.replace("as printed", "as published")
+    return STEP_LABELS.get(name, name)
 
 
 def true_lateral_mps2(time_s: Floats) -> Floats:

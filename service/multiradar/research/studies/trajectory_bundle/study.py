@@ -17,10 +17,10 @@ from multiradar.research.studies.trajectory_bundle.runs import (
 )
 
 SUMMARY = (
-    "An aircraft flies an S: straight, a left turn, a right turn, straight, measured by two "
+    "An aircraft flies an S (straight, left turn, right turn, straight) and is observed by two "
     "radars. What is the result of each step of the report's algorithm (arcs through triples of "
-    "plots in the initial window, an arc to every new plot, groups of which the best are kept, the "
-    "search of Hooke and Jeeves), and of the bundle of the service?"
+    "plots in the initial window, an arc to every new plot, groups of tracks of which the best "
+    "are kept, the Hooke–Jeeves search), and of the bundle of the service?"
 )
 
 
@@ -121,22 +121,23 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         ("weighted_apart_m", "weighted, m"),
         ("scatter_m", "scatter, m"),
         ("end_from_plot_sigma", "end from plot, sigmas"),
-        ("end_from_truth_m", "end of the best, m"),
+        ("end_from_truth_m", "end of best track, m"),
         ("misfit", "misfit"),
         ("evaluations", "evaluations"),
     )
     return Table(
-        title="The bundle after each step",
+        title="Trajectory bundle after each step",
         header=tuple(title for _, title in names),
         rows=tuple(
             tuple(step_label(str(row[name])) if name == "step" else row[name] for name, _ in names)
             for row in rows
         ),
-        caption="Means over the runs. Best, weighted: mean distance from the true path over the "
-        "window, of the best track and of the weighted mean of all. Scatter: mean distance of all "
-        "tracks from the best. End from plot: median distance of the track ends from the last "
-        "plot, in its sigmas; 1.2 for the truth. End of the best: distance from the truth. Misfit: "
-        "−ln of the likelihood of the plots with the best track.",
+        caption="Means over runs. Best, weighted: mean distance from the true path over the "
+        "window, for the best track and for the weighted mean of all tracks. Scatter: mean "
+        "distance of all tracks from the best track. End from plot: median distance of the track "
+        "ends from the last plot, in sigmas of that plot; 1.2 for the truth. End of best track: "
+        "its distance from the truth. Misfit: −ln of the likelihood of the plots given the best "
+        "track.",
     )
 
 
@@ -146,37 +147,38 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
     grouped, alone = named["before the last plot"], named["the same, thinned by weight alone"]
     first, service = rows[0], rows[-1]
     return [
-        f"Figure 2.3 is the bundle {BUNDLE_TIME_S:g} s after the first plot, right after "
-        "branching; figure 2.4 is the same bundle after the search. A branch leaves its track 10 s "
-        "or longer before the plot, so that no segment is shorter than the search allows. The "
-        "figure shows the run with the median distance of the track ends from the last plot after "
-        "the search.",
-        "The groups have a purpose: tracks kept by weight alone are nearly identical, as the "
-        f"report states; their scatter is {_text(alone, 'scatter_m')} m, that of groups "
-        f"{_text(grouped, 'scatter_m')} m. The larger errors that it reports after a change of "
-        f"motion do not occur here: the end of the best is {_text(alone, 'end_from_truth_m')} m "
-        f"from the truth, with groups {_text(grouped, 'end_from_truth_m')} m. The scatter of the "
-        f"initial window, {_text(first, 'scatter_m')} m, is {_text(searched, 'scatter_m')} m after "
-        "the search.",
-        "The defect described in the report is present: after the search half of the tracks end "
-        f"within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where 1.2 is "
-        "expected. It is a property of the functional, not of the search: least squares have it "
-        "too. Of the remedies in the report, a longer last segment does not cure it; a smaller "
-        "weight of the last plot moves the ends away from the plot, but not closer to the truth; a "
-        "functional of dimples, which is hardly attracted by a plot beyond two sigmas, leaves the "
-        "ends unchanged and increases the errors of the tracks. With priors of accelerations and "
-        f"of switching times it is {_text(service, 'end_from_plot_sigma')}, and the mean distance "
-        f"of the best track from the true path is {_text(service, 'best_apart_m')} m instead of "
+        f"Figure 2.3 shows the bundle {BUNDLE_TIME_S:g} s after the first plot, immediately after "
+        "branching; figure 2.4 shows the same bundle after the search. A branch leaves its track "
+        "at least 10 s before the plot, so that no segment is shorter than the search allows. The "
+        "figures show the run in which the distance of the track ends from the last plot, after "
+        "the search, is the median of all runs.",
+        "Grouping serves a purpose: tracks kept by weight alone are nearly identical, as the "
+        f"report states. Their scatter is {_text(alone, 'scatter_m')} m, compared with "
+        f"{_text(grouped, 'scatter_m')} m with groups. The larger errors that the report "
+        "describes after a change of motion do not occur here: by weight alone, the best track "
+        f"ends {_text(alone, 'end_from_truth_m')} m from the truth, with groups "
+        f"{_text(grouped, 'end_from_truth_m')} m. The scatter is {_text(first, 'scatter_m')} m in "
+        f"the initial window and {_text(searched, 'scatter_m')} m after the search.",
+        "The defect described in the report is confirmed: after the search, half of the tracks "
+        f"end within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where 1.2 "
+        "is expected. The cause is the functional, not the search: least squares show the same "
+        "defect. Of the remedies proposed in the report, a longer last segment does not cure the "
+        "defect; a smaller weight of the last plot moves the track ends away from the plot, but "
+        "not closer to the truth; a functional of dimples, in which a plot hardly attracts tracks "
+        "beyond two sigmas, leaves the ends unchanged and increases the track errors. With priors "
+        "on accelerations and switching times, the median distance from the last plot is "
+        f"{_text(service, 'end_from_plot_sigma')} sigmas, and the mean distance of the best track "
+        f"from the true path is {_text(service, 'best_apart_m')} m instead of "
         f"{_text(searched, 'best_apart_m')} m.",
-        "Least squares on the same functional and parameters end at a misfit of "
-        f"{_text(settled, 'misfit')}, the search at {_text(searched, 'misfit')} after "
-        f"{_text(searched, 'evaluations')} evaluations per track; least squares need some dozens, "
-        "with derivatives.",
-        "Interpretation: X is north and Z east; the three points of an arc are two of the track "
-        "and the plot, and the position, heading and speed at the first are those of the track. "
-        "Groups are tracks with a mean distance below 20 m. The report does not define the shape "
-        "of the dimples: here each is ln 2 deep, so that a plot without error is as likely to be "
-        "an outlier as not.",
+        "Least squares with the same functional and parameters reach a misfit of "
+        f"{_text(settled, 'misfit')}, the search {_text(searched, 'misfit')} after "
+        f"{_text(searched, 'evaluations')} evaluations per track; least squares need a few dozen "
+        "evaluations, with derivatives.",
+        "Interpretation of the report: X is north and Z is east. Two of the three points of an "
+        "arc are on the track, the third is the plot; the arc starts with the position, heading "
+        "and speed of the track at the first point. Groups are tracks with a mean distance below "
+        "20 m. The report does not define the shape of the dimples: here each is ln 2 deep, so "
+        "that a plot with zero error is as likely to be an outlier as not.",
     ]
 
 
