@@ -189,7 +189,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "azimuths from -180° to 180°",
         plots(RADAR, azimuth_deg=_AZIMUTH - pl.when(_AZIMUTH > 180.0).then(360.0).otherwise(0.0)),
-        message=("26-10: its azimuths are probably from -180° to 180°",),
+        message=("26-10: its azimuths probably range from -180° to 180°",),
     ),
     Mistake(
         "azimuths of all radars off by 2.5°",
@@ -232,7 +232,10 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "a range offset of 5 km",
         plots(RADAR, range_m=pl.col("range_m") + 5000.0),
         status=0,
-        message=("26-10: the estimated range offset is +51", "check its range calibration"),
+        message=(
+            "26-10: the estimated range offset is +51",
+            "check the range calibration of the radar",
+        ),
     ),
     Mistake(
         "azimuths in revolutions",
@@ -248,7 +251,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "missing heights written as 0",
         plots(RADAR, height_m=pl.lit(0.0)),
-        message=("26-10: its height_m is probably a placeholder: it is 0 in all plots",),
+        message=("26-10: its height_m is probably a placeholder: the value is 0 in all plots",),
     ),
     Mistake(
         "one address in all plots of a radar",
@@ -259,7 +262,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "two radars under one identifier",
         _two_under_one,
         message=(
-            "26-10: its plots are probably those of two radars",
+            "26-10: its plots are probably from two radars",
             "35-10: no measurements in the recording",
         ),
         sensors=(RADAR, "35-10"),

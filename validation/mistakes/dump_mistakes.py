@@ -49,7 +49,7 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
         CONVERT,
         message=(
             "tracks.txt: 100% of the plots that its 24 000 rows reference are not in plots.txt",
-            "its sources are 126, 135, 141, 340, and those of plots.txt 26, 35, 41",
+            "its sources are 126, 135, 141, 340, but the sources of plots.txt are 26, 35, 41",
         ),
     ),
     Mistake(
@@ -57,7 +57,7 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
         dump(tracks=added("sensor", 100)),
         CONVERT,
         status=0,
-        message=("26-110: tracks.txt has this sensor, but none of its plots is in plots.txt",),
+        message=("26-110: tracks.txt contains this sensor, but plots.txt contains none",),
     ),
     *(
         Mistake(

@@ -134,7 +134,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "two feeds of a radar, 0.12 s apart",
         _another_feed,
-        message=("26-10: its measurements are probably in the recording twice, by two feeds",),
+        message=("26-10: its measurements are probably in the recording twice, from two feeds",),
     ),
     Mistake(
         "a radar under two ids",
@@ -144,7 +144,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "ids of two radars exchanged",
         _exchanged,
-        message=("26-10: its site is probably that of 35-10",),
+        message=("26-10: its site is probably the site of 35-10",),
         sensors=(RADAR, "35-10"),
     ),
     Mistake(

@@ -327,7 +327,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         tracks(_of_one_aircraft),
         _EVALUATE,
         0,
-        ("follow no aircraft of the reference, which has 1", "use --partial"),
+        ("match none of the 1 reference aircraft", "use --partial"),
     ),
     Mistake(
         "measurements as tracks",

@@ -134,7 +134,7 @@ def test_a_site_on_another_continent_is_rejected_with_its_sensor(
     given = [str(SAMPLE), "--sensors", str(tmp_path / "sensors.toml")]
     assert run(["track", *given, "--out", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().err
-    assert "26-10: its site (-46.4247, 6.0994) is 9138 km from that of any other sensor" in said
+    assert "26-10: its site (-46.4247, 6.0994) is 9138 km from the site of any other sensor" in said
     assert "latitude_deg of its site probably has the wrong sign" in said
 
 

@@ -21,11 +21,11 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
     [
         (
             lambda one: one.changed(NAME, azimuth_deg=pl.lit(10.0)),
-            "column_constant", "its azimuth_deg is probably a placeholder: it is 10 in",
+            "column_constant", "its azimuth_deg is probably a placeholder: the value is 10 in",
         ),
         (
             lambda one: one.changed(NAME, range_m=pl.lit(0.0)),
-            "column_constant", "its range_m is probably a placeholder: it is 0 in 100%",
+            "column_constant", "its range_m is probably a placeholder: the value is 0 in 100%",
         ),
         (
             lambda one: one.changed(NAME, time_s=pl.lit(START_S)),
@@ -41,11 +41,11 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
         ),
         (
             lambda one: one.changed(NAME, height_m=pl.lit(-9999.0)),
-            "column_constant", "its height_m is probably a placeholder: it is -9999 in all plots",
+            "column_constant", "height_m is probably a placeholder: the value is -9999 in all plots",
         ),
         (
             lambda one: one.changed(NAME, time_s=TIME.floor()),
-            "time_resolution", "all are multiples of 1 s, during which an aircraft flies 250 m",
+            "time_resolution", "all are multiples of 1 s, in which an aircraft flies 250 m",
         ),
         (
             lambda one: one.changed(NAME, time_s=10.0 * (TIME / 10.0).floor()),
@@ -89,8 +89,8 @@ def test_ranges_of_the_way_there_and_back_are_named(factor: float, word: str) ->
 @pytest.mark.parametrize(
     ("off_m", "words"),
     [
-        (-1600.0, "1600 m below those reported by most other radars"),
-        (300.0, "300 m above those reported by most other radars"),
+        (-1600.0, "1600 m below the heights that most other radars report"),
+        (300.0, "300 m above the heights that most other radars report"),
     ],
 )
 def test_heights_of_another_reference_are_named(off_m: float, words: str) -> None:
@@ -150,7 +150,7 @@ def test_exchanged_radars_are_named_from_a_few_seconds() -> None:
     short = one.frame.filter(TIME < START_S + 14.0)
     exchanged = short.with_columns(pl.col("sensor_id").replace({"1-10": "2-10", "2-10": "1-10"}))
     found = Recording(exchanged, one.sensors).diagnosed()
-    assert "its site is probably that of" in " ".join(each.sentence for each in found)
+    assert "its site is probably the site of" in " ".join(each.sentence for each in found)
     assert Recording(short, one.sensors).diagnosed() == []
 
 

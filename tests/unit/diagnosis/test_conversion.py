@@ -64,8 +64,7 @@ def test_the_site_that_makes_the_plots_fit_is_the_true_one(tmp_path: Path) -> No
     wrong = recording(positions=True).changed("2-10", range_m=RANGE / 1e3)
     latitude, longitude, _ = RADARS["2-10"][0]
     assert (
-        f"from one site, near {latitude:.2f}, {longitude:.2f}"
-        in said_of(wrong, tmp_path)[0].sentence
+        f"for a site near {latitude:.2f}, {longitude:.2f}" in said_of(wrong, tmp_path)[0].sentence
     )
 
 
@@ -107,4 +106,4 @@ def test_plots_that_a_file_holds_twice_are_named(tmp_path: Path) -> None:
     assert said_of(twice, tmp_path) == []
     (found,) = said_of(twice, tmp_path, dump=True)
     assert (found.sensor_id, found.code) == ("2-10", "rows_repeated")
-    assert "50% of its plots are equal to others" in found.sentence
+    assert "50% of its plots are copies of other plots" in found.sentence

@@ -213,7 +213,7 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     )
     assert said.endswith(" m; correct prior, or remove estimate = false")
     alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
-    assert "(or 2-10 is wrong: there is no third sensor)" in alone
+    assert "(or 2-10 is wrong; there is no third sensor to decide)" in alone
 
 
 def test_one_radar_under_two_identifiers_is_named() -> None:
@@ -255,7 +255,7 @@ def test_two_feeds_of_a_radar_are_named(copies: float, *, known: bool) -> None:
     assert (said is not None) == known
     if said is not None:
         assert said.code == "measurements_twice"
-        assert "in the recording twice, by two feeds: 50% repeat" in said.sentence
+        assert "in the recording twice, from two feeds: 50% repeat" in said.sentence
 
 
 # Pressure heights on a hot or a cold day: they resemble other site heights.
@@ -288,7 +288,7 @@ def test_the_sentence_has_the_cause_its_support_and_what_to_do() -> None:
     sentence = one.diagnosed()[0].sentence
     mistake = "1-10: its ranges are probably in kilometres: with ranges interpreted as "
     assert sentence.startswith(mistake)
-    support = re.search(r"(\d+)% of its plots lie where other sensors see aircraft", sentence)
+    support = re.search(r"(\d+)% of its plots lie where other sensors detect aircraft", sentence)
     assert support is not None
     assert int(support[1]) > 90
     assert sentence.endswith("; convert them to metres")
@@ -331,8 +331,8 @@ def test_sites_of_two_radars_that_are_exchanged_are_both_named() -> None:
     for name, site in ((NAME, other), ("2-10", SITE)):
         one = one.configured(name, latitude_deg=site[0], longitude_deg=site[1], height_m=site[2])
     said = {found.sensor_id: found.sentence for found in one.diagnosed()}
-    assert "its site is probably that of 2-10" in said[NAME]
-    assert "its site is probably that of 1-10" in said["2-10"]
+    assert "its site is probably the site of 2-10" in said[NAME]
+    assert "its site is probably the site of 1-10" in said["2-10"]
 
 
 def test_a_unit_that_all_radars_have_wrong_is_found_without_positions() -> None:

@@ -47,7 +47,7 @@ def test_more_than_a_third_is_reported_with_causes_and_what_to_check() -> None:
     found = said(evidence_of(recording(), UPDATED=600, REFUSED=301, RESTARTED=9))
     assert (found.sensor_id, found.code) == ("1-10", "measurements_lost")
     assert "34% of its 910 measurements were lost (301 REFUSED, 9 RESTARTED)" in found.sentence
-    assert "no single mistake explains it; check its site, range_sigma_m" in found.sentence
+    assert "no single mistake explains the loss; check its site, range_sigma_m" in found.sentence
 
 
 def test_the_cone_of_silence_and_tracks_that_start_are_no_loss() -> None:
@@ -129,7 +129,7 @@ def test_a_kind_of_positions_declared_as_the_other_is_reported(
     sensors = tuple(Sensor(id=name, kind=other) for name in ("1-10", "2-10", "3-10"))
     found = [one for one in Recording(frame, sensors).diagnosed() if one.sensor_id == "1-10"]
     assert [one.code for one in found] == ["kind"]
-    assert f"of the kind {kind}, and the sensors file declares {other}" in found[0].sentence
+    assert f"of kind {kind}, but the sensors file declares {other}" in found[0].sentence
     right = Recording(frame, tuple(Sensor(id=one.id, kind=kind) for one in sensors))
     assert "kind" not in [code for _, code in right.codes()]
 

@@ -36,7 +36,10 @@ def test_a_sensors_file_without_any_recorded_sensor_is_of_another_recording() ->
         one = one.configured(name, id=f"9{number}-1")
     found = one.diagnosed()
     assert found[0].code == "sensors_of_another_recording"
-    assert "the recording has 1-10, 2-10, 3-10, the file has 90-1, 91-1, 92-1" in found[0].sentence
+    assert (
+        "the recording contains 1-10, 2-10, 3-10, the file contains 90-1, 91-1, 92-1"
+        in found[0].sentence
+    )
 
 
 def test_a_silent_radar_is_reported_and_silent_adsb_is_not() -> None:

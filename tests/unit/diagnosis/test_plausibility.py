@@ -154,4 +154,6 @@ def test_fast_traffic_at_low_heights_shows_their_unit(
     said = check_height_unit("1-10", flights(height_m, speed_mps, aircraft), SITE)
     assert (said is None) == (unit is None)
     if said is not None:
-        assert f"its heights are probably in {unit}: the aircraft below 3048 m" in said.sentence
+        assert (
+            f"its heights are probably in {unit}: most aircraft are below 3048 m" in said.sentence
+        )

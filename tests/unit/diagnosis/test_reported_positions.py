@@ -56,4 +56,6 @@ def test_reported_positions_that_are_rounded_are_named() -> None:
     rounded = one.changed("adsb", latitude_deg=LATITUDE.round(2), longitude_deg=LONGITUDE.round(2))
     (said,) = rounded.diagnosed()
     assert (said.sensor_id, said.code) == ("adsb", "resolution")
-    assert "all values are multiples of 0.01°, an error of 321 m (1 sigma)" in said.sentence
+    assert (
+        "all values are multiples of 0.01°, which adds an error of 321 m (1 sigma)" in said.sentence
+    )

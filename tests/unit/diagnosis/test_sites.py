@@ -40,5 +40,5 @@ def test_radars_of_one_place_have_one_height(height_m: float, *, accepted: bool)
     else:
         assert said == (
             "1-10 and 2-10 are at the same position, but their height_m differs: 2400 and 240; "
-            "correct the wrong one"
+            "correct the wrong value"
         )

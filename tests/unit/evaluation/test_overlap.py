@@ -44,9 +44,9 @@ def test_both_times_are_reported_in_utc() -> None:
     [
         (BEGIN_S, BEGIN_S + DAY_S + 60.0, "the reference is 1 day after the tracks: wrong day"),
         (BEGIN_S, BEGIN_S - 3 * DAY_S, "the reference is 3 days before the tracks: wrong day"),
-        (BEGIN_S, BEGIN_S + 2 * 3600.0, "they are 2 h apart: another time zone"),
+        (BEGIN_S, BEGIN_S + 2 * 3600.0, "they differ by 2 h: another time zone"),
         (BEGIN_S, 28_800.0, "the reference has times of day only: convert the recording with"),
-        (28_800.0, BEGIN_S, "what was tracked has times of day only: convert"),
+        (28_800.0, BEGIN_S, "the tracked recording has times of day only: convert"),
     ],
 )
 def test_advice_is_given(own_s: float, known_s: float, advice: str) -> None:
@@ -64,7 +64,7 @@ def test_tracks_without_any_match_are_reported_with_both_areas() -> None:
     with pytest.raises(InputError) as fault:
         check_matched(tracks, reference, np.full(60, -1), 2000.0)
     assert str(fault.value) == (
-        "no track comes within 2000 m (--gate) of an aircraft of the reference at any time: "
+        "no track comes within 2000 m (--gate) of a reference aircraft at any time: "
         "tracks 2018-08-01 08:00:00 UTC to 2018-08-01 08:09:50 UTC, latitude 45.84° to 45.84°, "
         "longitude 5.73° to 5.73°; reference 2018-08-01 08:00:00 UTC to 2018-08-01 08:09:50 UTC, "
         "latitude 45.83° to 45.83°, longitude 6.89° to 6.89°; another recording, area or time zone?"
@@ -80,7 +80,7 @@ def test_most_of_a_reference_outside_the_time_of_the_tracks_is_reported(
     tracks = tracks_of({1: _flight(BEGIN_S, 1000.0 * (1.0 - part))})
     picture = outside(tracks, reference, 2000.0)
     assert len(picture) == sentences
-    assert all("lies outside the time of the tracks" in one for one in picture)
+    assert all("lies outside the time span of the tracks" in one for one in picture)
 
 
 @pytest.mark.parametrize(("east_m", "sentences"), [(1999.0, 0), (2001.0, 1)])
@@ -96,15 +96,15 @@ def test_most_of_a_reference_outside_the_area_of_the_tracks_is_reported(
 def test_another_time_is_not_reported_as_another_area_too() -> None:
     reference = reference_of({"a": _flight(BEGIN_S), "b": _flight(BEGIN_S + 700.0, east_m=9e4)})
     (picture,) = outside(tracks_of({1: _flight(BEGIN_S)}), reference, 2000.0)
-    assert "outside the time of the tracks" in picture
+    assert "outside the time span of the tracks" in picture
 
 
 def test_rarely_matched_aircraft_give_a_warning() -> None:
     assert rarely_matched(np.array([7, -1]), 2.0) == []
     (said,) = rarely_matched(np.array([7, -1, -1, -1]), 2.0)
     assert said == (
-        "the aircraft of the reference have a track within 2 m (--gate) for only 25% of their "
-        "time: is this another recording, or is the gate too small?"
+        "the reference aircraft have a track within 2 m (--gate) for only 25% of their time: "
+        "another recording, or too small a gate?"
     )
 
 
@@ -116,7 +116,7 @@ def test_a_reference_without_most_of_the_aircraft_is_reported(
     aircraft_of = np.where(track < followed, 5, -1)
     found = mostly_unknown(track, aircraft_of, followed)
     assert len(found) == sentences
-    assert all(f"most tracks ({8 - followed} of 8) follow no aircraft" in one for one in found)
+    assert all(f"most tracks ({8 - followed} of 8) match none of the" in one for one in found)
     assert all("use --partial if the reference is incomplete" in one for one in found)
 
 

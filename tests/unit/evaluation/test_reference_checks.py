@@ -36,7 +36,7 @@ def compared(
 def test_the_clock_of_a_reference_is_named(late_s: float, said: str) -> None:
     (sentence,) = clock_offset(*compared(late_s))
     assert said in sentence
-    assert sentence.endswith("check the clock of the reference and those of the sensors")
+    assert sentence.endswith("check the clocks of the reference and of the sensors")
 
 
 @pytest.mark.parametrize(("late_s", "speed_mps"), [(0.0, 200.0), (0.9, 200.0), (5.0, 20.0)])

@@ -56,8 +56,8 @@ def test_a_rejected_row_is_named_with_its_reason() -> None:
     rows[13] = (None, 65.0, 47.0, 8.0)
     _, counts = screened(table(rows), NUMBERS, "m.parquet")
     assert [str(one) for one in counts.rejects] == [
-        "m.parquet: row 7: aircraft 3c0001: 1,106 km from the position 5 s before it, farther than "
-        "an aircraft can fly in that time; its other positions agree",
+        "m.parquet: row 7: aircraft 3c0001: 1,106 km from the position 5 s earlier, farther than "
+        "an aircraft can fly in that time; the other positions of the aircraft agree",
         "m.parquet: row 9: aircraft 3c0001: longitude_deg: expected a number from -360 to 360, "
         "was 999.0",
         "m.parquet: row 11: aircraft 3c0001: time_s: expected a number, was None",
@@ -122,5 +122,7 @@ def test_a_reference_that_is_all_wrong_is_reported() -> None:
     frame = table([("a", 0.0, 95.0, 8.0)] * 3).with_columns(
         mode_s_address="name", track_number=pl.lit(None, pl.Int64), height_m=pl.lit(None)
     )
-    with pytest.raises(InputError, match=r"m: all 3 rows are rejected: m: row 0: .*was 95\.0"):
+    with pytest.raises(
+        InputError, match=r"m: all 3 rows are rejected; the first: m: row 0: .*was 95\.0"
+    ):
         reference_of_reports(frame, "m", 15.0)

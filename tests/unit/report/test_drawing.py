@@ -238,8 +238,8 @@ def test_points_beyond_an_axis_are_marked_and_counted() -> None:
     plot = Plot("t", "x", "y", (cloud, line, band), y_limits=(0.0, 5.0))
     axes = draw_group([plot], _colours(plot))[0].axes[0]
     assert sorted(text.get_text() for text in axes.texts) == [
-        "1 outside the axis",
-        "2 outside the axis",
+        "1 off scale",
+        "2 off scale",
     ]
     ends = [line for line in axes.lines if line.get_marker() in {"^", "v"}]
     marked = {str(line.get_marker()): line for line in ends}
@@ -255,7 +255,7 @@ def test_points_beside_an_axis_and_in_a_corner_are_counted_once() -> None:
     series = Series("a", np.array([-1.0, 1.0, 4.0, 4.0]), np.array([1.0, 1.0, 1.0, 9.0]), "rings")
     plot = Plot("t", "x", "y", (series,), x_limits=(0.0, 2.0), y_limits=(0.0, 2.0))
     axes = draw_group([plot], _colours(plot))[0].axes[0]
-    assert [text.get_text() for text in axes.texts] == ["1 outside the axis"] * 3
+    assert [text.get_text() for text in axes.texts] == ["1 off scale"] * 3
     markers = [str(line.get_marker()) for line in axes.lines if line.get_marker() != "o"]
     assert sorted(markers) == ["<", ">", "^"]
 
@@ -264,7 +264,7 @@ def test_values_without_a_logarithm_are_beyond_the_low_end() -> None:
     y = np.array([0.0, -1.0, np.nan, 1e-3, 1e3])
     plot = Plot("t", "x", "y", (Series("a", np.arange(5.0), y),), y_scale="log")
     axes = draw_group([plot], _colours(plot))[0].axes[0]
-    assert [text.get_text() for text in axes.texts] == ["2 outside the axis"]
+    assert [text.get_text() for text in axes.texts] == ["2 off scale"]
 
 
 def test_a_plot_that_shows_all_its_points_has_no_note() -> None:

@@ -161,7 +161,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
     assert f"to show this on a map: multiradar view {scene / 'tracks'}" in shown
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text
-    for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):
+    for heading in ("Tracks and reference", "Biases", "Position errors over time", "Aircraft"):
         assert f">{heading}</h2>" in text
     assert run([*arguments, "--html", str(page)]) == 1
     assert "already exists; choose another file" in capsys.readouterr().err
@@ -348,5 +348,6 @@ def test_a_reference_of_another_area_or_time_is_reported(
     assert "outside the time span of the plots) and are not compared" in capsys.readouterr().err
     assert run([*late, "--whole-reference"]) == 0
     assert (
-        "of the reference lies outside the time of the tracks: tracks 0" in capsys.readouterr().err
+        "of the reference lies outside the time span of the tracks: tracks 0"
+        in capsys.readouterr().err
     )

@@ -80,7 +80,7 @@ def test_the_text_says_how_much_of_the_reference_is_outside(
     assert run(line) == EXIT_DONE
     shown = capsys.readouterr()
     for text in (shown.out.replace("\n", " "), shown.err):
-        assert "positions of the reference lie outside the coverage of the sensors (" in text
+        assert "reference positions lie outside the coverage of the sensors (" in text
         assert "--whole-reference (Python: whole_reference=True)" in text
 
 

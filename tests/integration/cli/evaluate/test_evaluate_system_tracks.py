@@ -151,7 +151,7 @@ def test_a_recording_without_or_with_two_sets_of_system_tracks_is_rejected(
         assert sentence in capsys.readouterr().err
     chosen = ["--system-tracks", str(tmp_path / "both"), "--processor"]
     assert run(["evaluate", tracks, *chosen, "0-6"]) == EXIT_FAILED
-    assert "no system tracks of the processor 0-6; known: 0-4, 0-5" in capsys.readouterr().err
+    assert "no system tracks of processor 0-6; known: 0-4, 0-5" in capsys.readouterr().err
     # One position is no trajectory, but that of one processor.
     run(["evaluate", tracks, *chosen, "0-5"])
     assert "processor" not in capsys.readouterr().err

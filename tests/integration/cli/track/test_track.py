@@ -144,7 +144,7 @@ def test_biases_unobservable_with_one_radar_are_reported(
     first = figures["unobservable_biases"][0]
     assert first["what"] == "range offset of 41-10"
     assert first["prior_ratio"] == pytest.approx(1.0)
-    assert first["reason"].startswith("all aircraft were measured from one site; add ")
+    assert first["reason"].startswith("all aircraft were observed from one site; add ")
     assert first["weights"] == [
         {"sensor_id": "41-10", "parameter": "range_offset_m", "weight": 1.0}
     ]

@@ -158,7 +158,7 @@ def test_one_of_several_processors_is_chosen(
     pl.concat([tracks, other]).write_parquet(tmp_path / "both.parquet")
     given = ("--reference", str(tmp_path / "both.parquet"))
     tracked(folder, tmp_path / "out", *given, status=EXIT_FAILED)
-    assert "several processors (0-0, 20-9); choose one with --processor" in capsys.readouterr().err
+    assert "several processors (0-0, 20-9); select one with --processor" in capsys.readouterr().err
     tracked(folder, tmp_path / "out", "--processor", "20-9", status=EXIT_USAGE)
     chosen = tracked(folder, tmp_path / "out", *given, "--processor", "20-9")
     assert chosen["reference"]["read"] < len(tracks)

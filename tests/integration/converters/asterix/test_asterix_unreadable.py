@@ -71,7 +71,7 @@ def test_a_recording_of_which_most_octets_are_quarantined_fails(
     out = converted(tmp_path, good + bytes(len(good) + 80) + good[: len(good) // 40], status=1)
     assert capsys.readouterr().err == (
         "multiradar: recording: 52% of its 1 862 octets could not be decoded; rejects.ndjson gives "
-        "the reason of each: check the format of the file and the editions of its categories\n"
+        "the reason for each: check the file format and the editions of its categories\n"
     )
     assert pl.read_parquet(out / "measurements.parquet").height == 1
 

@@ -18,10 +18,10 @@ def test_a_covariance_of_metres_and_radians_is_accepted() -> None:
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
-        (np.ones((2, 3)), r"track: expected a square matrix, was of shape \(2, 3\)"),
-        (np.ones(4), r"track: expected a square matrix, was of shape \(4,\)"),
+        (np.ones((2, 3)), r"track: expected a square matrix, found shape \(2, 3\)"),
+        (np.ones(4), r"track: expected a square matrix, found shape \(4,\)"),
         (np.array([[1.0, np.nan], [np.nan, 1.0]]), "expected finite numbers"),
-        (np.array([[1.0, 0.0], [0.0, -2.0]]), "expected variances above 0, was -2.0"),
+        (np.array([[1.0, 0.0], [0.0, -2.0]]), "expected variances above 0, found -2.0"),
         (np.array([[1.0, 0.3], [0.2, 1.0]]), "was asymmetric by 0.1 of its sigmas"),
         (np.array([[4.0, 4.0], [4.0, 4.0]]), "eigenvalue"),
         (np.array([[1.0, 2.0], [2.0, 1.0]]), "eigenvalue -1"),
@@ -57,7 +57,7 @@ def test_normalised_squared_error_has_the_mean_of_its_dimension() -> None:
 
 
 def test_a_scalar_is_not_a_covariance_and_errors_must_match() -> None:
-    with pytest.raises(CovarianceError, match=r"x: expected a square matrix, was of shape \(\)"):
+    with pytest.raises(CovarianceError, match=r"x: expected a square matrix, found shape \(\)"):
         require_covariance(1.0, "x")
     with pytest.raises(ShapeError, match="x: expected numbers, was 'wide'"):
         require_covariance("wide", "x")

@@ -93,7 +93,8 @@ def test_an_empty_file_of_plots_beside_tracks_is_reported() -> None:
     }
     (said,) = check_truncation(Path("none"), {"figures": {"files": files}})
     assert (
-        said.sentence == "p.txt: contains no plots, although there are tracks; copy the file again"
+        said.sentence
+        == "p.txt: contains no plots, although the recording has tracks; copy the file again"
     )
     files["p.txt"]["rejected"] = 1
     assert check_truncation(Path("none"), {"figures": {"files": files}}) == []

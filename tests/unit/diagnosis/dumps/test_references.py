@@ -32,7 +32,7 @@ def test_sources_that_differ_are_named() -> None:
     (found,) = check_references(report(1000), ["26", "35"])
     assert found.severity == "error"
     assert found.sentence.startswith("tracks.txt: 100% of the plots that its 1 000 rows reference")
-    assert "its sources are 126, 135, and those of plots.txt 26, 35;" in found.sentence
+    assert "its sources are 126, 135, but the sources of plots.txt are 26, 35;" in found.sentence
 
 
 def test_numbers_that_differ_are_named_where_the_sources_agree() -> None:
@@ -44,4 +44,4 @@ def test_numbers_that_differ_are_named_where_the_sources_agree() -> None:
 def test_a_sensor_of_tracks_without_plots_is_a_warning() -> None:
     found = check_references(report(0, sensors_without_plots=["26-110"]), ["26"])
     assert [(one.sensor_id, one.severity) for one in found] == [("26-110", "warning")]
-    assert "none of its plots is in plots.txt" in found[0].sentence
+    assert "plots.txt contains none of its plots" in found[0].sentence

@@ -271,10 +271,12 @@ def test_bad_input_is_reported() -> None:
     with pytest.raises(CovarianceError, match="covariance: expected variances above 0"):
         start(MEAN, -COVARIANCE)
     for velocity in ([0.0, 0.0, 0.0], [0.0, 0.0, 90.0]):
-        with pytest.raises(ConfigurationError, match="velocity: expected a horizontal component"):
+        with pytest.raises(
+            ConfigurationError, match="velocity: expected a non-zero horizontal component"
+        ):
             start([0.0, 0.0, 0.0, *velocity], COVARIANCE, VELOCITY_FRAME)
     estimate = start(MEAN, COVARIANCE)
-    with pytest.raises(ConfigurationError, match="expected velocity frame coordinates, was in car"):
+    with pytest.raises(ConfigurationError, match="expected velocity frame coordinates, found car"):
         predict(estimate, VelocityFrame(1.0, 0.1), 1.0)
     with pytest.raises(TimeOrderError):
         predict(estimate, MODELS[0], -1.0)

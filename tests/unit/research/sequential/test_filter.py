@@ -79,9 +79,9 @@ def test_a_prior_is_checked() -> None:
 @pytest.mark.parametrize(
     ("range_sigma", "azimuth_sigma", "named"),
     [
-        (1e-200, 1e-3, "sigma of the range, m: expected 0.1 to 10000, was 1e-200"),
+        (1e-200, 1e-3, "range sigma, m: expected 0.1 to 10000, was 1e-200"),
         (1e200, 1e-3, "sigma of the range"),
-        (15.0, 1e-15, "sigma of the azimuth, rad: expected"),
+        (15.0, 1e-15, "azimuth sigma, rad: expected"),
         (15.0, np.nan, "sigma of the azimuth"),
     ],
 )
@@ -195,7 +195,7 @@ def test_a_radar_on_the_earth_needs_the_height_of_its_plots() -> None:
     one = SequentialFilter("two-stage", earth_sensors(scene.sensors, scene.plane), aircraft_max=1)
     plot = [scene.batch.range_m[0], scene.batch.azimuth_rad[0]]
     for height_m in ([], [np.nan]):
-        with pytest.raises(ShapeError, match="a height for every plot of a radar"):
+        with pytest.raises(ShapeError, match="a height for every plot of a WGS 84 radar"):
             one.observe(0, 1.0, 0, plot, *height_m)
     with pytest.raises(ShapeError, match="finite numbers or NaN"):
         one.observe(0, 1.0, 0, plot, np.inf)
@@ -261,11 +261,11 @@ def test_shapes_and_indices_are_checked() -> None:
 def test_sensor_indices_must_be_integers() -> None:
     one = started()
     for sensor in (0.5, "a", True, -1, 2):
-        with pytest.raises(ShapeError, match="sensors of the plots"):
+        with pytest.raises(ShapeError, match="plot sensors"):
             one.observe(7, 11.0, sensor, [36_100.0, 0.59])  # type: ignore[arg-type]
-    with pytest.raises(ShapeError, match="number of the aircraft: expected an integer, was 'AB'"):
+    with pytest.raises(ShapeError, match="aircraft number: expected an integer, was 'AB'"):
         one.observe("AB", 11.0, 0, [36_100.0, 0.59])  # type: ignore[arg-type]
-    with pytest.raises(ShapeError, match="time of the plots: expected numbers, was 'noon'"):
+    with pytest.raises(ShapeError, match="plot time: expected numbers, was 'noon'"):
         one.observe(7, "noon", 0, [36_100.0, 0.59])  # type: ignore[arg-type]
 
 

@@ -16,9 +16,9 @@ def _result(rows: list[dict[str, Value]]) -> StudyResult:
 
 
 def test_a_series_of_unequal_arrays_is_rejected() -> None:
-    with pytest.raises(ValueError, match="expected arrays of one length"):
+    with pytest.raises(ValueError, match="expected arrays of equal length"):
         Series("a", X, X[:2])
-    with pytest.raises(ValueError, match="expected arrays of one length"):
+    with pytest.raises(ValueError, match="expected arrays of equal length"):
         Series("a", np.zeros((3, 2)), np.zeros((3, 2)))
 
 

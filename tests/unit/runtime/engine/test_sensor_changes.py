@@ -163,5 +163,5 @@ def test_what_cannot_change_is_named(scene: Scene) -> None:
     with pytest.raises(ConfigurationError, match="transponder_delay_sigma_m cannot change"):
         SensorChange.between(known, replace(known, transponder_delay_sigma_m=delayed))
     fewer = _without_last(scene.sensors)
-    with pytest.raises(ConfigurationError, match="first; this needs a new journal"):
+    with pytest.raises(ConfigurationError, match="must come first and in this order"):
         SensorChange.between(scene.sensors, fewer)

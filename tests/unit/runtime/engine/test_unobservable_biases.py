@@ -115,12 +115,12 @@ def test_no_contribution_has_a_reason(name: str) -> None:
     scene = scene_of(three_radars())
     batch = scene.batch
     alone, _ = tracked(name, scene_of(three_radars()[:1]), batch.select(batch.sensor == 0))
-    assert {one.reason[:41] for one in alone} == {"all aircraft were measured from one site;"}
+    assert {one.reason[:41] for one in alone} == {"all aircraft were observed from one site;"}
     # Each radar sees aircraft of its own.
     apart = batch.select(batch.track_number % 3 == batch.sensor)
     unobservable, _ = tracked(name, scene, apart)
     assert {one.reason.split(";")[0] for one in unobservable} == {
-        "none of its aircraft was measured from another site"
+        "none of its aircraft was observed from another site"
     }
     two = batch.select(batch.sensor < 2)
     silent = {one.name: one.reason for one in tracked(name, scene, two)[0]}

@@ -206,5 +206,5 @@ def test_hypotheses_and_delays_exclude_each_other() -> None:
 
 def test_all_radars_have_one_sigma_of_the_delays() -> None:
     sensors = delayed_scene(1, length_s=10.0).sensors
-    with pytest.raises(PriorError, match="expected 60, as of the other radars"):
+    with pytest.raises(PriorError, match="expected 60, as for the other radars"):
         replace(sensors, transponder_delay_sigma_m=np.array([60.0, 30.0, np.nan]))

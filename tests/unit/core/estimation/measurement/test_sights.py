@@ -68,7 +68,7 @@ def test_inconsistent_components_are_rejected() -> None:
     angle = np.array(0.3)
     with pytest.raises(ShapeError, match="two or three"):
         Sight(np.zeros(4), angle, 0.003)
-    with pytest.raises(ShapeError, match="three coordinates with an elevation"):
+    with pytest.raises(ShapeError, match="three coordinates if an elevation is given"):
         Sight(np.zeros(2), angle, 0.003, angle, 0.003)
     with pytest.raises(ShapeError, match="range_m"):
         Sight(np.zeros(2), angle, 0.003, range_m=np.array(1e4))

@@ -180,13 +180,13 @@ def test_invalid_plots_are_rejected() -> None:
     bundle.push(5.0, [0.0, 0.0], NOISE)
     with pytest.raises(TimeOrderError, match=r"expected a time of 5.0 s or later, was 4.0 s"):
         bundle.push(4.0, [0.0, 0.0], NOISE)
-    with pytest.raises(ShapeError, match="positions of plots: expected finite numbers"):
+    with pytest.raises(ShapeError, match="plot positions: expected finite numbers"):
         bundle.push(6.0, [np.nan, 0.0], NOISE)
-    with pytest.raises(CovarianceError, match="covariances of plots"):
+    with pytest.raises(CovarianceError, match="plot covariances"):
         bundle.push(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))
     assert len(bundle) == 0
     followed_so = followed(plots_of(flight(S_SHAPE), 60.0, np.random.default_rng(1)))
-    with pytest.raises(ShapeError, match="time of an estimate: expected finite numbers"):
+    with pytest.raises(ShapeError, match="estimation time: expected finite numbers"):
         followed_so.estimate(time_s=np.nan)
     with pytest.raises(ValueError, match="expected 'best' or 'weighted', was 'worst'"):
         followed_so.estimate("worst")

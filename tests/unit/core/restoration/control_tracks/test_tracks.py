@@ -91,11 +91,11 @@ def test_invalid_measurement_tracks_are_rejected() -> None:
     assert len(measurement_track(times, places, noise, radar)) == 3
     with pytest.raises(TimeOrderError, match=r"expected a time of 1.0 s or later, was 0.5 s"):
         measurement_track([0.0, 1.0, 0.5], places, noise, radar)
-    with pytest.raises(ShapeError, match="positions of plots"):
+    with pytest.raises(ShapeError, match="plot positions"):
         measurement_track(times, places[:2], noise, radar)
-    with pytest.raises(ShapeError, match="times of plots"):
+    with pytest.raises(ShapeError, match="plot times"):
         measurement_track([0.0, np.inf, 2.0], places, noise, radar)
-    with pytest.raises(CovarianceError, match="covariances of plots"):
+    with pytest.raises(CovarianceError, match="plot covariances"):
         measurement_track(times, places, -noise, radar)
-    with pytest.raises(ShapeError, match="radars of plots"):
+    with pytest.raises(ShapeError, match="plot radars"):
         measurement_track(times, places, noise, [1, 2])

@@ -71,7 +71,7 @@ def test_accelerations_are_drawn_beside_those_flown(result: StudyResult) -> None
     plot = next(one for one in result.plots if one.name == "lateral-acceleration")
     *found, flown = plot.series
     assert [one.label for one in found] == [
-        "best after the search", "best of the service", "mean of the service",
+        "best track after the search", "best track of the service", "mean track of the service",
     ]  # fmt: skip
     assert flown.label == "true"
     assert set(flown.y.tolist()) == {0.0, -2.0, 2.0}

@@ -245,7 +245,7 @@ def test_decreasing_times_are_rejected() -> None:
         observe(state, [np.nan], [0.0], 1.0)
     with pytest.raises(TimeOrderError, match="edge"):
         observe_increments(state, [4.0, 5.0, 5.0], [0.0, 0.0], 1.0)
-    with pytest.raises(TimeOrderError, match="end of an interval"):
+    with pytest.raises(TimeOrderError, match="interval end"):
         observe_interval(state, 3.0, 6.0, NOTHING, 1.0)
     with pytest.raises(TimeOrderError, match="horizon"):
         forecast(state, -1.0)
@@ -279,7 +279,7 @@ def test_times_and_values_out_of_range_are_rejected() -> None:
     state = start(2, NOTHING, PAPER)
     with pytest.raises(ConfigurationError, match=r"expected within 1e\+12 s of 0, was 1e\+308 s"):
         observe(state, [1e308], [0.0], 1.0)
-    with pytest.raises(ConfigurationError, match=r"at least 1e-09 s after it, was 1.99998e-320"):
+    with pytest.raises(ConfigurationError, match=r"at least 1e-09 s later; was 1.99998e-320"):
         observe(state, [1e-320, 2e-320], [0.0, 0.0], 1.0)
     with pytest.raises(ConfigurationError, match="at least 1e-09 s"):
         observe_increments(state, [0.0, 1e-320], [0.0], 1.0)
@@ -287,7 +287,7 @@ def test_times_and_values_out_of_range_are_rejected() -> None:
         observe_interval(state, 0.0, 1e300, NOTHING, 1.0)
     with pytest.raises(ConfigurationError, match="values: expected sigmas above 1e-100"):
         observe(state, [1.0], [1e308], 1e-10)
-    with pytest.raises(ConfigurationError, match="start: expected a finite time, at most"):
+    with pytest.raises(ConfigurationError, match="start: expected a finite time within"):
         start(2, NOTHING, PAPER, 1e13)
     high = observe(start(40, np.zeros(41), np.eye(41)), [1e-8], [0.0], 1.0)
     with pytest.raises(ForecastError, match="interval too short for degree"):
