@@ -41,7 +41,7 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
         ),
         (
             lambda one: one.changed(NAME, height_m=pl.lit(-9999.0)),
-            "column_constant", "height_m is probably a placeholder: the value is -9999 in all plots",
+            "column_constant", "height_m is probably a placeholder: the value is -9999 in all",
         ),
         (
             lambda one: one.changed(NAME, time_s=TIME.floor()),
