@@ -78,12 +78,12 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "heights above the radar",
         plots(RADAR, height_m=pl.col("height_m") - 1677.0),
-        message=("26-10: its heights are probably off", "heights above its site?"),
+        message=("26-10: its heights probably have an offset", "heights above its site?"),
     ),
     Mistake(
         "heights with another pressure, 300 m off",
         plots(RADAR, height_m=pl.col("height_m") + 300.0),
-        message=("26-10: its heights are probably off", "(QNH)"),
+        message=("26-10: its heights probably have an offset", "(QNH)"),
     ),
     Mistake(
         "unknown heights as -9999",
@@ -166,13 +166,13 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "a range sigma three times too small",
         settings(RADAR, range_sigma_m=13.3),
         status=0,
-        message=("26-10: range_sigma_m is probably too small", "2.8 times that"),
+        message=("26-10: range_sigma_m is probably too small", "2.8 times as large"),
     ),
     Mistake(
         "an azimuth sigma three times too large",
         settings("35-10", azimuth_sigma_deg=0.15),
         status=0,
-        message=("35-10: azimuth_sigma_deg is probably too large", "0.35 times that"),
+        message=("35-10: azimuth_sigma_deg is probably too large", "0.35 times as large"),
         sensors=("35-10",),
     ),
     Mistake(

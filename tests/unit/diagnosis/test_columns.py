@@ -83,7 +83,7 @@ def test_ranges_of_the_way_there_and_back_are_named(factor: float, word: str) ->
     """Regression: half the ranges ended the run with an internal error."""
     found = recording().changed(NAME, range_m=factor * RANGE).diagnosed()
     assert [(one.sensor_id, one.code) for one in found] == [(NAME, "range_factor")]
-    assert f"its ranges are probably {word} the distances" in found[0].sentence
+    assert f"its ranges are probably {word} the true distances" in found[0].sentence
 
 
 @pytest.mark.parametrize(

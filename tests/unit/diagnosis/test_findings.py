@@ -209,7 +209,7 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     said = wrong.diagnosed()[0].sentence
     assert said.startswith(
         "1-10: bias.range_offset_m is probably wrong: the sensors file specifies the fixed value "
-        "1000 m (estimate = false), but 2-10, 3-10 show 1"
+        "1000 m (estimate = false), but 2-10, 3-10 indicate 1"
     )
     assert said.endswith(" m; correct prior, or remove estimate = false")
     alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
@@ -322,7 +322,7 @@ def test_an_offset_of_the_clock_that_is_configured_wrong_is_named() -> None:
     bias = {"time_offset_s": {"prior": 3.0, "estimate": False}}
     said = recording().configured(NAME, bias=bias).diagnosed()[0].sentence
     assert re.search(r"clock is probably (2\.[7-9]|3\.[0-3]) s behind", said) is not None
-    assert said.endswith("correct its times, or bias.time_offset_s, 3 s in the sensors file")
+    assert said.endswith("correct its times, or bias.time_offset_s (3 s in the sensors file)")
 
 
 def test_sites_of_two_radars_that_are_exchanged_are_both_named() -> None:
@@ -344,7 +344,7 @@ def test_two_radars_that_contradict_each_other_are_both_named_in_one_sentence() 
     one = recording().only("1-10", "2-10").configured(NAME, longitude_deg=SITE[1] + 0.8)
     found = one.diagnosed()
     assert [said.code for said in found] == ["site"]
-    assert "1-10 and 2-10 contradict each other" in found[0].sentence
+    assert "1-10 and 2-10 disagree" in found[0].sentence
 
 
 @pytest.mark.parametrize("mistake", ["radians", "gradians", "anticlockwise", "kilometres"])

@@ -71,13 +71,13 @@ def test_losses_beside_a_known_cause_are_not_reported_again() -> None:
 @pytest.mark.parametrize(
     ("noise", "words"),
     [
-        ((0.06, 1.0), "range_sigma_m is probably too large: it is 40 in the sensors file, and the "
-         "measured noise is 0.06 times that"),
+        ((0.06, 1.0), "range_sigma_m is probably too large: it is 40 in the sensors file, but the "
+         "measured noise is 0.06 times as large"),
         ((1.1, 38.2), "azimuth_sigma_deg is probably too small: it is 0.06 in the sensors file, "
-         "and the measured noise is 38 times that"),
+         "but the measured noise is 38 times as large"),
         ((0.17, 0.15), "range_sigma_m and azimuth_sigma_deg are probably too large: range_sigma_m "
-         "is 40 in the sensors file, and the measured noise is 0.17 times that; azimuth_sigma_deg "
-         "is 0.06, and the measured noise is 0.15 times that; correct them"),
+         "is 40 in the sensors file, but the measured noise is 0.17 times as large; "
+         "azimuth_sigma_deg is 0.06, but the measured noise is 0.15 times as large; correct them"),
         ((0.17, 38.2), "range_sigma_m is probably too large and azimuth_sigma_deg too small: "),
     ],
 )  # fmt: skip
@@ -94,7 +94,7 @@ def test_sigmas_from_scatter_and_from_noise_are_reported_together() -> None:
     sentence = said(evidence).sentence
     assert "range_sigma_m and azimuth_sigma_deg are probably too large" in sentence
     assert "its plots scatter by " in sentence
-    assert "the measured noise is 0.15 times that" in sentence
+    assert "the measured noise is 0.15 times as large" in sentence
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ def test_an_unknown_source_is_named_with_its_count_and_the_likely_sensor() -> No
     found = one.diagnosed()
     assert [(said.sensor_id, said.code) for said in found] == [("2-10", "unknown_source")]
     assert found[0].sentence == (
-        f"2-10 ({count} plots) is not in the sensors file (sensors.toml); 12-10 of that file sent "
-        "nothing; did you mean 2-10 instead of 12-10?"
+        f"2-10 ({count} plots) is not in the sensors file (sensors.toml); the recording has no "
+        "measurements of 12-10 in that file; did you mean 2-10 instead of 12-10?"
     )
 
 
@@ -79,7 +79,7 @@ def test_a_radar_under_the_id_of_adsb_is_reported_with_both_ids() -> None:
     found = Recording(frame, one.configured("3-10", id="adsb").sensors).diagnosed()
     assert [(said.sensor_id, said.code) for said in found] == [("adsb", "kind")]
     assert found[0].sentence.startswith(
-        "adsb: the sensors file declares a radar under this id, but its measurements are of the "
+        "adsb: the sensors file declares a radar under this id, but its measurements are of "
         "kind adsb, and the plots of 3-10 ("
     )
     assert found[0].sentence.endswith('declare the radar as 3-10, and adsb with kind = "adsb"')

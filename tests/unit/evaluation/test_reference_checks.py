@@ -73,5 +73,5 @@ def test_other_heights_have_no_unit(height_m: float) -> None:
 def test_tracks_that_used_the_reference_are_named() -> None:
     tracks, _ = compared(0.0)
     (sentence,) = shared_sensors(tracks, ("adsb", "radar"))
-    assert sentence.startswith("100% of the updates are from radar, the reference itself")
+    assert sentence.startswith("100% of the updates are from radar, which is also the reference")
     assert shared_sensors(tracks, ("adsb",)) == []

@@ -77,7 +77,7 @@ def test_a_report_named_as_a_radar_of_the_tracks_is_another_sensor(
     reports.with_columns(pl.lit(radar).alias("sensor_id")).write_parquet(path)
     evaluated(capsys, scene / "tracks", "--adsb", path)
     assert run(["evaluate", str(scene / "tracks"), "--adsb", str(path)]) == 0
-    assert "the reference itself" not in capsys.readouterr().err
+    assert "is also the reference" not in capsys.readouterr().err
 
 
 def test_an_evaluation_without_a_compared_update_is_reported(

@@ -145,7 +145,7 @@ def test_a_recording_without_or_with_two_sets_of_system_tracks_is_rejected(
     for reference, sentence in (
         (folder / "p", "was the output of `convert`"),
         (folder / "tracks" / "biases.parquet", "missing column state; found: time_s"),
-        (tmp_path / "both", "contains system tracks of several processors (0-4, 0-5); choose one"),
+        (tmp_path / "both", "contains system tracks of several processors (0-4, 0-5); select one"),
     ):
         assert run(["evaluate", tracks, "--system-tracks", str(reference)]) == EXIT_FAILED
         assert sentence in capsys.readouterr().err

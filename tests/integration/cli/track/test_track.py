@@ -136,7 +136,7 @@ def test_biases_unobservable_with_one_radar_are_reported(
     assert said.startswith("multiradar: 41-20: no measurements in the recording; ")
     sentence = (
         "not observable: range offset of 41-10 (sigma still 100% of the prior): all aircraft were "
-        "measured from one site; add a radar at another site"
+        "observed from one site; add a radar at another site"
     )
     assert sentence in shown
     assert "100.0%" in shown

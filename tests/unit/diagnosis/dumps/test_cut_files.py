@@ -56,7 +56,7 @@ def test_plots_that_end_before_the_tracks_that_name_them_are_cut(tmp_path: Path)
     (said,) = said_of(tmp_path, LAST_S - 900.0, LAST_S, missing=500)
     assert said == (
         "p.txt: probably truncated: it ends at 8:15:00 (no date), but t.txt continues until "
-        "8:30:00 (no date), whose rows refer to missing plots (50%); copy the file again"
+        "8:30:00 (no date), with rows that refer to missing plots (50%); copy the file again"
     )
 
 

@@ -53,7 +53,7 @@ def test_exchanged_columns_are_those_of_the_table_that_differs(wrong: int) -> No
 def test_of_two_tables_either_may_have_exchanged_columns() -> None:
     (found,) = sentences(table(0.0), table(1.0, latitude_deg=LONGITUDE, longitude_deg=LATITUDE))
     assert "plots.txt" in found
-    assert "(or those of plots_ads.txt)" in found
+    assert "(or those in plots_ads.txt are)" in found
 
 
 @pytest.mark.parametrize("wrong", range(3))

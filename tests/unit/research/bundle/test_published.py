@@ -1,4 +1,4 @@
-"""The report's own procedures: arcs, groups, the search of Hooke and Jeeves."""
+"""The report's own procedures: arcs, groups, the Hooke–Jeeves search."""
 
 import numpy as np
 import pytest

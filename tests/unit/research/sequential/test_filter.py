@@ -70,7 +70,7 @@ def test_a_prior_is_checked() -> None:
         BiasPrior(np.zeros(2), np.eye(3))
     with pytest.raises(ShapeError, match="prior means"):
         BiasPrior([np.nan], [[1.0]])
-    with pytest.raises(PriorError, match="sigma of the range"):
+    with pytest.raises(PriorError, match="range sigma"):
         flat_radars(SITES, 0.0, 1e-3, PRIOR)
     with pytest.raises(ShapeError, match="prior of the biases"):
         flat_radars(SITES, 15.0, 1e-3, BiasPrior(np.zeros(3), np.eye(3)))
@@ -80,9 +80,9 @@ def test_a_prior_is_checked() -> None:
     ("range_sigma", "azimuth_sigma", "named"),
     [
         (1e-200, 1e-3, "range sigma, m: expected 0.1 to 10000, was 1e-200"),
-        (1e200, 1e-3, "sigma of the range"),
+        (1e200, 1e-3, "range sigma"),
         (15.0, 1e-15, "azimuth sigma, rad: expected"),
-        (15.0, np.nan, "sigma of the azimuth"),
+        (15.0, np.nan, "azimuth sigma"),
     ],
 )
 def test_noise_is_within_the_bounds_of_radars(
@@ -167,11 +167,11 @@ def test_a_sensor_has_each_parameter_once() -> None:
     ("changed", "named"),
     [
         ({"prior": BiasPrior(np.zeros(2), np.eye(2))}, "prior of the biases"),
-        ({"starts": np.array([0, 2, 6])}, "first parameters"),
-        ({"starts": np.array([0, 4])}, "first parameters"),
+        ({"starts": np.array([0, 2, 6])}, "first parameter"),
+        ({"starts": np.array([0, 4])}, "first parameter"),
         ({"site_numbers": np.array([0])}, "site numbers"),
         ({"sites": np.zeros((3, 2))}, "sites"),
-        ({"noises": np.ones((1, 4))}, "noises"),
+        ({"noise": np.ones((1, 4))}, "noise"),
     ],
 )
 def test_the_arrays_of_the_sensors_match(changed: dict[str, Any], named: str) -> None:
@@ -181,9 +181,9 @@ def test_the_arrays_of_the_sensors_match(changed: dict[str, Any], named: str) ->
 
 def test_a_sensor_measures_an_aircraft_once_at_a_time() -> None:
     """An epoch holds one plot of each sensor; forty of one were once written out of bounds."""
-    with pytest.raises(ShapeError, match=r"aircraft 3 at 2\.0 s: expected each sensor once"):
+    with pytest.raises(ShapeError, match=r"aircraft 3 at 2\.0 s: expected at most one plot"):
         Plots([1.0] + [2.0] * 40, [3] * 41, [0] * 41, np.ones((41, 2)))
-    with pytest.raises(ShapeError, match="each sensor once"):
+    with pytest.raises(ShapeError, match="at most one plot of each sensor"):
         Plots([1.0] * 3, [0, 1, 0], [1, 1, 1], np.ones((3, 2)))
     assert len(Plots([1.0, 1.0, 1.0, 2.0], [0, 0, 1, 0], [0, 1, 0, 0], np.ones((4, 2)))) == 4
 
@@ -252,7 +252,7 @@ def test_shapes_and_indices_are_checked() -> None:
         one.observe(7, 11.0, 0, [np.nan, 0.0])
     with pytest.raises(ShapeError, match="sensors"):
         one.observe(7, 11.0, 5, [1e4, 0.0])
-    with pytest.raises(ShapeError, match="each sensor once"):
+    with pytest.raises(ShapeError, match="at most one plot of each sensor"):
         one.observe_together(7, 11.0, [0, 0], np.ones((2, 2)))
     with pytest.raises(ShapeError, match="aircraft"):
         Plots([1.0], [0.5], [0], np.ones((1, 2)))

@@ -59,7 +59,7 @@ def test_common_biases_of_two_close_radars_are_unobservable(name: str) -> None:
     unobservable, engine = tracked(name, scene, scene.batch)
     assert {one.name for one in unobservable} == {
         "range offsets of A and A2 together (a common offset of all ranges)",
-        "azimuth offsets of A and A2 together (a common turn)",
+        "azimuth offsets of A and A2 together (a common rotation)",
     }
     assert min(one.prior_ratio for one in unobservable) > 0.7
     assert ratios(engine, scene).max() < 0.75

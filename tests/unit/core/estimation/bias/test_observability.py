@@ -59,7 +59,7 @@ def test_observable_biases_are_not_listed() -> None:
             PARAMETER_RANGE_OFFSET,
             "range offsets of A, B and C together (a common offset of all ranges)",
         ),
-        (PARAMETER_AZIMUTH_OFFSET, "azimuth offsets of A, B and C together (a common turn)"),
+        (PARAMETER_AZIMUTH_OFFSET, "azimuth offsets of A, B and C together (a common rotation)"),
         (PARAMETER_RANGE_GAIN, "range gains of A, B and C together (a common scale)"),
     ],
 )
@@ -77,12 +77,14 @@ def test_differences_leave_the_common_part_unobservable(kind: int, sentence: str
 def test_a_common_azimuth_offset_is_found_with_different_priors() -> None:
     sensors = table(2, (PARAMETER_AZIMUTH_OFFSET,))
     sensors = replace(sensors, prior_sigma=sensors.prior_sigma * np.array([1.0, 2.0]))
-    assert names(sensors, [[1.0, -2.0]]) == ["azimuth offsets of A and B together (a common turn)"]
+    assert names(sensors, [[1.0, -2.0]]) == [
+        "azimuth offsets of A and B together (a common rotation)"
+    ]
 
 
 def test_two_common_parts_are_separated() -> None:
     assert sorted(names(table(2), [[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])) == [
-        "azimuth offsets of A and B together (a common turn)",
+        "azimuth offsets of A and B together (a common rotation)",
         "range offsets of A and B together (a common offset of all ranges)",
     ]
 

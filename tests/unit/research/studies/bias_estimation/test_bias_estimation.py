@@ -209,12 +209,12 @@ def test_the_two_stage_filter_is_consistent_at_every_time_of_a_thousand_seconds(
 def test_notes_mention_only_what_was_done() -> None:
     """Covariance intersection and losses by drift are mentioned only where they were studied."""
     everything = " ".join(short_study()[0].notes)
-    assert "minimised by CI" in everything
+    assert "Covariance intersection (CI) minimises" in everything
     assert "after 40 s" in everything
     assert "last table" in everything
     few = run(StudyOptions(1, 5, ("blom",), 2.0), lambda _done, _total: None)
     assert len(few.tables) == 3
-    assert "minimised by CI" not in " ".join(few.notes)
+    assert "Covariance intersection (CI) minimises" not in " ".join(few.notes)
     assert "last table" not in " ".join(few.notes)
 
 
