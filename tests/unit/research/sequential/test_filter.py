@@ -171,7 +171,7 @@ def test_a_sensor_has_each_parameter_once() -> None:
         ({"starts": np.array([0, 4])}, "first parameter"),
         ({"site_numbers": np.array([0])}, "site numbers"),
         ({"sites": np.zeros((3, 2))}, "sites"),
-        ({"noise": np.ones((1, 4))}, "noise"),
+        ({"noises": np.ones((1, 4))}, "noise"),
     ],
 )
 def test_the_arrays_of_the_sensors_match(changed: dict[str, Any], named: str) -> None:
