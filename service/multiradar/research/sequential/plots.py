@@ -73,7 +73,7 @@ class Plots:
         if np.isinf(heights).any():
             raise ShapeError("plot heights", "finite numbers or NaN", heights.shape)
         aircraft_rows, sensor_rows = (
-            _indices(column, count, f"{what} of the plots")
+            _indices(column, count, f"plot {what}")
             for column, what in ((aircraft, "aircraft"), (sensor, "sensors"))
         )
         _require_once_at_a_time(times, aircraft_rows, sensor_rows)

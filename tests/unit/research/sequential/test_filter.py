@@ -221,7 +221,7 @@ def test_plots_without_initiation_use_no_slot() -> None:
         with pytest.raises(ShapeError, match="values"):
             one.observe(aircraft, 11.0, 0, [np.nan, 0.0])
         assert one.observe(aircraft, 11.0, 0, [-1.0, 0.0]) is Outcome.UNLOCATABLE
-        with pytest.raises(UnknownAircraftError, match=f"aircraft {aircraft}: unknown"):
+        with pytest.raises(UnknownAircraftError, match=f"aircraft {aircraft} is unknown"):
             one.aircraft(aircraft)
         with pytest.raises(UnknownAircraftError):
             one.end(aircraft)
