@@ -15,8 +15,8 @@ SYNCHRONOUS_FULL = 2
 
 #: How long a reader waits for SQLite to finish a recovery or checkpoint, s.
 _BUSY_S = 10.0
-#: Octets of its header (https://www.sqlite.org/fileformat.html, section 1.3).
-_HEADER = 100
+#: The first bytes of a database file (https://www.sqlite.org/fileformat.html, section 1.3.1).
+_MAGIC = b"SQLite format 3\0"
 #: Pages that are copied at once: 4 MiB, between which other threads and writers have their turn.
 _STEP_PAGES = 1024
 _PAGE = re.compile(r"page (\d+)", re.IGNORECASE)
@@ -52,14 +52,30 @@ def reading_mode(path: Path) -> str:
 
 
 def check_file_type(path: Path) -> None:
-    """Raise JournalError for an existing file that is too short for a database.
+    """Raise JournalError for an existing file that is not a database.
 
-    SQLite treats a file of one octet as an empty database and overwrites it; it rejects other files
-    that are no databases. The file is not opened: closing it would release the locks of SQLite, if
-    the process has a connection to it (https://www.sqlite.org/howtocorrupt.html, section 2.2).
+    SQLite knows: the file is not opened otherwise, because closing it would release the locks of a
+    connection that this process may have (https://www.sqlite.org/howtocorrupt.html, section 2.2).
+    But SQLite treats a file of one octet as an empty database, and overwrites it.
     """
-    if 0 < file_size(path) < _HEADER:
+    size = file_size(path)
+    if size == 0:
+        return
+    known = size >= len(_MAGIC)
+    if known:
+        with closing(open_database(path, reading_mode(path))) as connection:
+            try:
+                connection.execute("PRAGMA schema_version")
+            except sqlite3.Error as error:
+                # A file that it does not know has no connection.
+                known = error.sqlite_errorname != "SQLITE_NOTADB" or _begins_as_database(path)
+    if not known:
         raise JournalError(f"{path}: not a journal; choose another file")
+
+
+def _begins_as_database(path: Path) -> bool:
+    with file_errors(path), path.open("rb") as stream:
+        return stream.read(len(_MAGIC)) == _MAGIC
 
 
 def check_pages(connection: sqlite3.Connection, path: Path) -> None:
@@ -162,8 +178,6 @@ def journal_errors(path: Path) -> Iterator[None]:
         name = getattr(error, "sqlite_errorname", type(error).__name__)
         if name == "SQLITE_FULL":
             raise JournalFullError(f"{path}: disk full") from error
-        if name == "SQLITE_NOTADB":
-            raise JournalError(f"{path}: not a journal; choose another file") from error
         if name in _NO_ROOM:
             raise JournalError(
                 f"{path}: disk full ({name}); free some space and start again"
