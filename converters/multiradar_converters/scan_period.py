@@ -99,7 +99,7 @@ def preferred_period(stated_s: float, plots_s: float, plots_source: str) -> tupl
     if math.isnan(stated_s):
         return plots_s, plots_source
     if stated_s > _MISSING_MIN * plots_s:
-        return plots_s, f"{plots_source}; north marks every {stated_s:.4g} s are incomplete"
+        return plots_s, f"{plots_source}; north markers (every {stated_s:.4g} s) are incomplete"
     return stated_s, SERVICE_MESSAGES
 
 
@@ -118,11 +118,11 @@ def why_no_period(time_s: Floats, azimuth_deg: Floats) -> str:
     """
     times = np.sort(time_s[np.isfinite(time_s) & np.isfinite(azimuth_deg)])[:PLOTS_MAX]
     if not len(times):
-        return "no plots with time and azimuth"
+        return "no plots with a time and an azimuth"
     count = "1 plot" if len(times) == 1 else f"{len(times)} plots"
     if len(times) < PLOTS_MIN or _pairs(times - times[0], _STRETCHES_S[0]) < PAIRS_MIN:
         span_s = float(times[-1] - times[0])
-        return f"{count} in {span_s:.3g} s are too few; {PLOTS_MIN} within a minute are needed"
+        return f"only {count} in {span_s:.3g} s; at least {PLOTS_MIN} within a minute are needed"
     return f"{count} show no rotation"
 
 

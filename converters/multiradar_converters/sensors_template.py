@@ -139,10 +139,10 @@ def _antenna(one: FoundSensor) -> list[str]:
     if one.range_max_m > 0.0:
         far_km = one.range_max_m / _KILOMETRE_M
         limit_m = math.ceil(far_km) * _KILOMETRE_M
-        comment = f"the farthest plot is at {far_km:.1f} km; the instrumented range if larger"
+        comment = f"farthest plot at {far_km:.1f} km; increase to the instrumented range if larger"
         lines.append(_line("range_max_m", f"{limit_m:.1f}", comment))
     else:
-        lines.append(_line("# range_max_m", "400000.0", "instrumented range; no limit without it"))
+        lines.append(_line("# range_max_m", "400000.0", "instrumented range; if omitted, no limit"))
     return lines
 
 
@@ -155,7 +155,9 @@ def _errors(one: FoundSensor) -> list[str]:
         noise = [_line(key, str(value), _SURFACE) for key, value in _SURFACE_NOISE.items()]
     return [
         *noise,
-        _line("# elevation_sigma_deg", "0.1", "random error of elevation, if it is measured"),
+        _line(
+            "# elevation_sigma_deg", "0.1", "random error of elevation, if the radar measures it"
+        ),
         _line("# also", '["ID"]', "further ids of the same radar, for example in a second network"),
     ]
 

@@ -22,12 +22,12 @@ export interface Key {
 export const KEYS: readonly Key[] = [
   ...SWITCHES.map(([name, key, text]): Key => ({ key, text, run: (app) => app.actions.toggle(name) })),
   { key: " ", shown: "Space", text: "Pause or resume", run: (app) => app.clock.toggle() },
-  { key: "ArrowLeft", shown: "← →", text: "10 s back or forward (in the map: move it)", mapped: true, run: (app) => app.clock.step(-10) },
+  { key: "ArrowLeft", shown: "← →", text: "10 s back or forward (on the map: pan)", mapped: true, run: (app) => app.clock.step(-10) },
   { key: "ArrowRight", hidden: true, text: "", mapped: true, run: (app) => app.clock.step(10) },
-  { key: "+", shown: "+ −", text: "Play faster or slower (in the map: zoom)", mapped: true, run: (app) => app.clock.faster(1) },
+  { key: "+", shown: "+ −", text: "Play faster or slower (on the map: zoom)", mapped: true, run: (app) => app.clock.faster(1) },
   { key: "-", hidden: true, text: "", mapped: true, run: (app) => app.clock.faster(-1) },
   { key: "n", text: "Return to the present", run: (app) => app.clock.live() },
-  { key: "a", text: "Go back 5 minutes, to where the selected aircraft was", run: (app) => app.ago.show(app, 300) },
+  { key: "a", text: "Go back 5 minutes, and centre the map on the selected aircraft", run: (app) => app.ago.show(app, 300) },
   { key: "x", text: "Measure; Enter sets the end point at the centre of the map", run: (app) => app.measure.toggle(app) },
   { key: "Enter", hidden: true, text: "", run: (app) => app.measure.enter(app) },
   { key: "f", text: "Show everything", run: (app) => app.picture.fit() },
@@ -35,19 +35,19 @@ export const KEYS: readonly Key[] = [
   { key: "/", text: "Search the tracks", run: search },
   { key: "j", text: "Next track in the table", run: (app) => step(app, 1) },
   { key: "k", text: "Previous track", run: (app) => step(app, -1) },
-  { key: "Enter", text: "Open the details of the selected track (in the table)" },
-  { key: "m", text: "FL, kt, NM or SI units", run: (app) => app.actions.units() },
-  { key: "d", text: "Dark or light", run: (app) => app.actions.theme() },
-  { key: "?", text: "This list of keys", run: (app) => app.actions.help() },
+  { key: "Enter", text: "In the table: open the details of the selected track" },
+  { key: "m", text: "Switch between FL, kt, NM and SI units", run: (app) => app.actions.units() },
+  { key: "d", text: "Switch between dark and light", run: (app) => app.actions.theme() },
+  { key: "?", text: "Show this help", run: (app) => app.actions.help() },
   {
-    key: "Escape", shown: "Esc", text: "End measuring, deselect, close",
+    key: "Escape", shown: "Esc", text: "Stop measuring, deselect, close",
     run: (app) => {
       if (closeMenu()) return;
       if (app.measure.active) app.measure.stop(app);
       else app.actions.select(null);
     },
   },
-  { key: "ArrowUp", shown: "↑ ↓", text: "With ← → + −: move and zoom the map, with the map focused" },
+  { key: "ArrowUp", shown: "↑ ↓", text: "With ← → + −: pan and zoom the map while it is focused" },
 ];
 
 function search(app: App): void {

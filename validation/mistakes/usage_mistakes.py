@@ -350,6 +350,6 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         as_it_is,
         ("replay", "measurements.parquet", "--to", f"udp:{_NO_SERVICE}"),
         1,
-        ("expected ASTERIX blocks, was",),
+        ("expected ASTERIX blocks, found",),
     ),
 )

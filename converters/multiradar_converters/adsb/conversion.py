@@ -122,8 +122,8 @@ def _check_date(file: str, batch: Batch, options: Options) -> None:
     if options.date is None or dates is None or options.date in dates:
         return
     msg = (
-        f"{file}: the file already contains a date; omit --date or give {dates[0]}, was "
-        f"{options.date}"
+        f"{file}: the file already contains the date {dates[0]}; omit --date or specify "
+        f"that date, was {options.date}"
     )
     raise LayoutError(msg)
 
@@ -153,7 +153,7 @@ def _check_some_accepted(accounts: list[FileAccount]) -> None:
         if account.rejected:
             code, count = account.rejected.most_common(1)[0]
             msg = (
-                f"{account.file}: none of {account.rejected.total()} records are accepted; {count} "
-                f"of them rejected as {code}, the first at {account.examples[code]}"
+                f"{account.file}: none of {account.rejected.total()} records were accepted; "
+                f"{count} were rejected as {code}, the first at {account.examples[code]}"
             )
             raise LayoutError(msg)

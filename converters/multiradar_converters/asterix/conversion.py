@@ -71,7 +71,7 @@ from multiradar_schemas.reject import Reject, RejectCode
 #: Octets of an undecodable block that are retained in the quarantine.
 RAW_OCTETS_MAX = 4096
 
-FAR_OFF = "a time more than an hour from its neighbours"
+FAR_OFF = "a time that differs by more than an hour from neighbouring times"
 
 
 @dataclass

@@ -198,7 +198,9 @@ def prior_lines(reported: Sequence[ReportedBias], sensor_id: str) -> list[str]:
     for processor in dict.fromkeys(one.processor_id for one in own):
         biases = [one for one in own if one.processor_id == processor]
         biases.sort(key=lambda one: BIAS_PARAMETERS.index(one.parameter))
-        lines.append(f"# Reported by {processor} (category 063): priors to replace those above.")
+        lines.append(
+            f"# Reported by {processor} (category 063): priors that can replace the ones above."
+        )
         lines += [f"# {one.toml_line()}" for one in biases]
     return lines
 

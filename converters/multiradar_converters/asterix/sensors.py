@@ -93,7 +93,7 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         found,
         numbers,
         None if antenna is None else antenna.site,
-        "item 034/120: to about 10 m, height above mean sea level",
+        "item 034/120: accurate to about 10 m; height above mean sea level",
         period_s,
         period_source,
         figures.range_max_m,

@@ -95,7 +95,7 @@ class BaseStation:
         if kind not in _WITH_POSITION:
             return None
         if len(fields) < _FIELDS:
-            reason = f"expected {_FIELDS} fields, was {len(fields)}"
+            reason = f"expected {_FIELDS} fields, found {len(fields)}"
             raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
         time_s = _time_s(fields)
         if _ADDRESS.fullmatch(fields[4]) is None:

@@ -112,7 +112,7 @@ class FeedDecoder:
                 self._message(cells, layouts.MULTILATERATION, place, raw, received_s)
             else:
                 shown = message[:40].decode("utf-8", "backslashreplace")
-                reason = f"expected JSON, BaseStation or mlat-server CSV, was {shown!r}"
+                reason = f"expected JSON, BaseStation or mlat-server CSV, found {shown!r}"
                 raise RejectedError(RejectCode.MALFORMED_LINE, reason)
         except RejectedError as error:
             self.reject(place, error.code, error.reason, raw)
@@ -241,8 +241,8 @@ class FeedDecoder:
         zone_s = round(ahead_s / _ZONE_S) * _ZONE_S
         if abs(ahead_s - zone_s) > CLOCK_MAX_S or abs(zone_s) > _ZONE_MAX_S:
             reason = (
-                f"date and time: expected a time within {CLOCK_MAX_S:g} s of the reception, in UTC "
-                f"or a time zone, was {ahead_s:+.0f} s: set the clock of the receiver, or "
+                f"date and time: expected a time within {CLOCK_MAX_S:g} s of reception, in UTC or "
+                f"a time zone, differed by {ahead_s:+.0f} s: set the receiver clock, or set "
                 'times = "reception"'
             )
             raise RejectedError(RejectCode.OUT_OF_RANGE, reason)

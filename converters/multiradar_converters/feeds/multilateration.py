@@ -68,7 +68,7 @@ def cells(line: bytes) -> dict[int, str]:
         raise RejectedError(RejectCode.MALFORMED_LINE, f"not valid CSV: {error}") from error
     if len(fields) not in _SPEED_AT:
         *most, last = map(str, _SPEED_AT)
-        reason = f"expected {', '.join(most)} or {last} fields, was {len(fields)}"
+        reason = f"expected {', '.join(most)} or {last} fields, found {len(fields)}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     values = [field.strip(" ") for field in fields]
     found = {

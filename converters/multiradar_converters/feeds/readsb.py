@@ -118,7 +118,7 @@ def parsed(text: str) -> Values:
         reason = f"not valid JSON at character {error.pos}: {error.msg}"
         raise RejectedError(RejectCode.MALFORMED_JSON, reason) from error
     if not isinstance(value, dict):
-        raise RejectedError(RejectCode.WRONG_TYPE, f"expected a JSON object, was {text[:40]!r}")
+        raise RejectedError(RejectCode.WRONG_TYPE, f"expected a JSON object, found {text[:40]!r}")
     return value
 
 
@@ -150,7 +150,7 @@ def snapshots(text: str) -> Iterator[Snapshot]:
     while rest := text[at : at + _TAIL_MAX].strip(" \r\n\t,]}"):
         match = _LIST.search(text, at)
         if match is None:
-            yield Snapshot(fault=(at, f"expected a list of aircraft, was {rest[:40]!r}"))
+            yield Snapshot(fault=(at, f"expected a list of aircraft, found {rest[:40]!r}"))
             return
         found = Snapshot(_now(text[at : match.start()]))
         yield_at = at
@@ -233,7 +233,7 @@ def _kind(values: Values) -> str:
     rebroadcast = isinstance(by_ground, list) and "lat" in by_ground
     if rebroadcast or (source and not source.startswith(_OF_ADSB)):
         was = "TIS-B" if rebroadcast else repr(source[:40])
-        reason = f"type: expected a position from ADS-B or multilateration, was from {was}"
+        reason = f"type: expected a position from ADS-B or multilateration, was {was}"
         raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     return "adsb"
 

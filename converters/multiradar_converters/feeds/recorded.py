@@ -127,8 +127,8 @@ def batches_of_text(decoder: FeedDecoder, file: str, blocks: Iterable[bytes]) ->
         text += block
         if len(text) > SNAPSHOT_BYTES_MAX:
             msg = (
-                f"{file}: expected at most {SNAPSHOT_BYTES_MAX >> 20} MiB of snapshots over "
-                "several lines, found more; write each on a line (jq -c .)"
+                f"{file}: expected at most {SNAPSHOT_BYTES_MAX >> 20} MiB of multi-line snapshots, "
+                "found more; write one snapshot per line (jq -c .)"
             )
             raise LayoutError(msg)
     decoder.document(bytes(text), 0)

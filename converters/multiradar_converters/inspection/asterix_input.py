@@ -67,13 +67,13 @@ DIFFERENCES_MAX = 2_000
 
 Octets = NDArray[np.uint8]
 
-FAR_OFF = "a time more than an hour from its neighbours"
+FAR_OFF = "a time that differs by more than an hour from neighbouring times"
 
 Item = TypeVar("Item")
 
 _DAY_S = 86_400.0
 _DATED_FROM_S = 366 * _DAY_S
-_PLACE = re.compile(r", at octet \d+ of the block$|: \d+ of its \d+ octets$")
+_PLACE = re.compile(r", at octet \d+ of the block$|, after \d+ of its \d+ octets$")
 _BDS_CATEGORY, _BDS_ITEM, _BDS_OCTETS = 48, "250", 8
 
 

@@ -118,7 +118,7 @@ def check_recording(path: Path) -> None:
     found = content(path)
     if found not in (None, *_RECORDED):
         hint = "; specify the original recording" if found in MEASUREMENTS else ""
-        raise LayoutError(f"{path}: expected a recording, was {found}{hint}")
+        raise LayoutError(f"{path}: expected a recording, found {found}{hint}")
 
 
 def _head(path: Path) -> bytes:

@@ -88,7 +88,7 @@ def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
         too much text (TOO_LARGE).
     """
     if body.startswith(_FILE_MAGIC):
-        raise _malformed("expected an Arrow IPC stream, was an Arrow file")
+        raise _malformed("expected an Arrow IPC stream, found an Arrow file")
     try:
         check_rows_max(check_layout(body, _ROWS_CEILING), rows_max)
     except ArrowLayoutError as error:
@@ -144,12 +144,14 @@ def _check_names(names: list[str]) -> None:
             raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
     times = [name for name in _TIMES if name in names]
     if len(times) > 1:
-        reason = f"expected one of the columns time_s, time_ns and time, was {' and '.join(times)}"
+        reason = (
+            f"expected one of the columns time_s, time_ns and time, found {' and '.join(times)}"
+        )
         raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
     missing = [name for name in MEASUREMENT_REQUIRED[1:] if name not in names]
     if missing or not times:
         absent = ", ".join([*([] if times else ["time_s"]), *missing])
-        reason = f"expected the columns {', '.join(MEASUREMENT_REQUIRED)}, {absent} missing"
+        reason = f"expected the columns {', '.join(MEASUREMENT_REQUIRED)}; missing: {absent}"
         raise BodyError(RejectCode.MISSING_FIELD, reason)
 
 
@@ -195,7 +197,7 @@ def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
     total = sum(frame.select(pl.col(texts).str.len_bytes().cast(pl.Int64).sum()).row(0))
     most = TEXT_EXPANSION_MAX * body_bytes
     if total > most:
-        reason = f"expected at most {most} bytes of text in all rows, was {total}"
+        reason = f"expected at most {most} bytes of text in all rows, found {total}"
         raise BodyError(RejectCode.TOO_LARGE, reason)
 
 

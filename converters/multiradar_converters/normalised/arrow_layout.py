@@ -131,13 +131,13 @@ def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
             return
         if not 0 < length <= len(stream) - place:
             left = len(stream) - place
-            raise ArrowLayoutError(f"expected {length} bytes of metadata, was {left}")
+            raise ArrowLayoutError(f"expected {length} bytes of metadata, found {left}")
         message = Table.root(stream[place : place + length])
         place += length
         body_length = message.scalar(3, "q")
         if not 0 <= body_length <= len(stream) - place:
             left = len(stream) - place
-            raise ArrowLayoutError(f"expected a body of {body_length} bytes, was {left}")
+            raise ArrowLayoutError(f"expected a body of {body_length} bytes, found {left}")
         yield message, stream[place : place + body_length]
         place += body_length
     raise ArrowLayoutError(f"expected at most {MESSAGES_MAX} messages, found more")
@@ -145,7 +145,7 @@ def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
 
 def _schema(header: Table) -> list[Column]:
     if header.scalar(0, "h") != 0:
-        raise ArrowLayoutError("expected little-endian columns, was big-endian")
+        raise ArrowLayoutError("expected little-endian columns, found big-endian")
     columns: list[Column] = []
     for field in header.tables(1):
         if len(columns) == FIELDS_MAX:
@@ -154,7 +154,7 @@ def _schema(header: Table) -> list[Column]:
     names = [column.name for column in columns]
     for name in names:
         if names.count(name) > 1:
-            raise ArrowLayoutError(f"expected each column once, found twice: {name[:60]!r}")
+            raise ArrowLayoutError(f"expected each column once, found {name[:60]!r} twice")
     return columns
 
 
@@ -164,7 +164,7 @@ def _column(field: Table) -> Column:
     form = field.table(3)
     if form is None or any(True for _ in field.tables(5)):
         raise ArrowLayoutError(
-            f"column {name[:60]!r}: expected a flat type, was nested or without a type"
+            f"column {name[:60]!r}: expected a flat type, found a nested type or none"
         )
     encoding = field.table(4)
     if encoding is None:
@@ -218,16 +218,16 @@ def _dictionary(header: Table, body: bytes, columns: list[Column], rows_max: int
 def _batch(header: Table, body: bytes, columns: list[Column], rows_max: int) -> int:
     rows = header.scalar(0, "q")
     if not 0 <= rows <= rows_max:
-        raise ArrowLayoutError(f"expected at most {rows_max} rows, was {rows}")
+        raise ArrowLayoutError(f"expected at most {rows_max} rows, found {rows}")
     if header.table(3) is not None:
         raise ArrowLayoutError("expected uncompressed buffers")
     nodes = header.structs(1, "qq")
     if len(nodes) != len(columns):
-        raise ArrowLayoutError(f"expected {len(columns)} columns in the batch, was {len(nodes)}")
+        raise ArrowLayoutError(f"expected {len(columns)} columns in the batch, found {len(nodes)}")
     buffers = _Buffers(header.structs(2, "qq"), header.structs(4, "q"), body)
     for column, (length, null_count) in zip(columns, nodes, strict=True):
         if length != rows or not 0 <= null_count <= rows:
-            msg = f"expected {rows} values, was {length} with {null_count} null"
+            msg = f"expected {rows} values, found {length}, of which {null_count} null"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
         buffers.check(column, rows, null_count)
     buffers.check_all_used()
@@ -245,7 +245,9 @@ class _Buffers:
     ) -> None:
         for offset, length in places:
             if offset < 0 or length < 0 or offset + length > len(body):
-                msg = f"expected a buffer inside {len(body)} bytes, was {length} bytes at {offset}"
+                msg = (
+                    f"expected a buffer within {len(body)} bytes, found {length} bytes at {offset}"
+                )
                 raise ArrowLayoutError(msg)
         self._places = iter(places)
         self._variadic = iter(variadic)
@@ -266,7 +268,7 @@ class _Buffers:
 
     def check_all_used(self) -> None:
         if next(self._places, None) is not None or next(self._variadic, None) is not None:
-            raise ArrowLayoutError("expected one buffer for each column, found more")
+            raise ArrowLayoutError("expected only the buffers of the columns, found more")
 
     def _next_buffer(self, column: Column, least: int) -> bytes:
         place = next(self._places, None)
@@ -274,7 +276,7 @@ class _Buffers:
             raise ArrowLayoutError(f"column {column.name[:60]!r}: missing buffer")
         offset, length = place
         if length < least:
-            msg = f"expected a buffer of {least} bytes, was {length}"
+            msg = f"expected a buffer of {least} bytes, found {length}"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
         return self._body[offset : offset + length]
 
@@ -293,7 +295,7 @@ class _Buffers:
         self._next_buffer(column, rows * _VIEW_BYTES)
         count = next(self._variadic, (-1,))[0]
         if not 0 <= count <= len(self._body):
-            msg = f"expected a number of text buffers, was {count}"
+            msg = f"number of text buffers: expected 0 to {len(self._body)}, was {count}"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
         for _ in range(count):
             self._next_buffer(column, 0)

@@ -93,7 +93,7 @@ def unpack(layout: struct.Struct, buffer: bytes, place: int) -> int:
         When the offset is outside.
     """
     if place < 0 or place + layout.size > len(buffer):
-        msg = f"expected an offset inside {len(buffer)} bytes, was {place}"
+        msg = f"expected an offset within {len(buffer)} bytes, found {place}"
         raise FlatbufferError(msg)
     value: int = layout.unpack_from(buffer, place)[0]
     return value

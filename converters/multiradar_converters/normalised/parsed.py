@@ -102,5 +102,5 @@ def check_rows_max(rows: int, rows_max: int) -> None:
     """
     if rows > rows_max:
         raise BodyError(
-            RejectCode.TOO_LARGE, f"expected at most {rows_max} measurements, was {rows}"
+            RejectCode.TOO_LARGE, f"expected at most {rows_max} measurements, found {rows}"
         )

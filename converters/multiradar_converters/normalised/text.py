@@ -201,14 +201,14 @@ class _Collected:
     def _shape_fault(self, value: Any) -> tuple[RejectCode, str] | None:
         if isinstance(value, _Oversized):
             reason = (
-                f"expected a row of at most {ROW_CHARACTERS_MAX} characters, was {value.length}"
+                f"expected a row of at most {ROW_CHARACTERS_MAX} characters, found {value.length}"
             )
             return RejectCode.TOO_LARGE, reason
         if isinstance(value, _Duplicated):
             reason = f"expected each key once, found {shown(value.key)} twice"
             return RejectCode.DUPLICATE_KEY, reason
         if not isinstance(value, dict):
-            return RejectCode.WRONG_TYPE, f"expected an object, was {shown(value)}"
+            return RejectCode.WRONG_TYPE, f"expected an object, found {shown(value)}"
         for name in value:
             if name not in _FIELDS:
                 return RejectCode.UNKNOWN_FIELD, f"unknown field {shown(name)}{self._meant(name)}"
@@ -357,7 +357,7 @@ def _read_line(collected: _Collected, index: int, line: bytes) -> None:
         collected.reject(index, error.code, error.reason, raw)
         return
     if end != len(text):
-        reason = f"expected one object per line, found after it {_at(text, end)}"
+        reason = f"expected one object per line, found {_at(text, end)} after the object"
         collected.reject(index, RejectCode.MALFORMED_JSON, reason, raw)
         return
     collected.add(index, value, raw)

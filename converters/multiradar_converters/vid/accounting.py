@@ -60,7 +60,7 @@ class Account:
         code, count = self.rejected.most_common(1)[0]
         first = self.examples[code]
         msg = (
-            f"{self.file}: none of {self.rejected.total()} lines are accepted; {count} of them "
+            f"{self.file}: none of {self.rejected.total()} lines were accepted; {count} were "
             f"rejected as {code}, the first in line {first.line}: {first.reason}"
         )
         raise LayoutError(msg)
@@ -80,7 +80,7 @@ class Account:
         if self.bytes_read != self.size:
             msg = (
                 f"{self.file}: expected {self.size} bytes, read {self.bytes_read}: "
-                "the file changed while it was read"
+                "the file changed while it was being read"
             )
             raise AccountingError(msg)
 

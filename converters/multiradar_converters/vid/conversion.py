@@ -190,7 +190,7 @@ class _Conversion:
             days = dates_of(self._first_times[file.layout.table.name])
             if days is not None and not days[0] <= date <= days[1]:
                 own = " or ".join(dict.fromkeys(map(str, days)))
-                msg = f"{file.path}: expected a recording of {date}, was one of {own}"
+                msg = f"{file.path}: recording is dated {own}, expected {date}"
                 raise LayoutError(msg)
 
     def run(self) -> dict[str, object]:
@@ -244,7 +244,7 @@ class _Conversion:
         only, found = self._options.sensor_only, sorted({sensor for _, sensor in names})
         if only is not None and only not in found:
             known = ", ".join(map(str, found))
-            msg = f"--sensor-only: no row belongs to sensor {only}; found: {known}"
+            msg = f"--sensor-only: no rows from sensor {only}; sensors found: {known}"
             raise LayoutError(msg)
 
     def close(self) -> None:

@@ -102,5 +102,5 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "last_s": findings.last_s,
     }
     if findings.of_day and options.date is None:
-        figures["note"] = "without a date, the .plt files count times of day from 1970-01-01"
+        figures["note"] = "without a date, times of day in the .plt files are dated 1970-01-01"
     return figures

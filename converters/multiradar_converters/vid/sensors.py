@@ -116,7 +116,7 @@ def _description(figures: SensorFigures, number: int) -> str:
     """Describe the plots of a sensor."""
     plots, named = int(figures.plots[number]), int(figures.named[number])
     if not plots:
-        return "no plots, seen in tracks only"
+        return "no plots; referenced by tracks only"
     if plots == 1:
         return f"1 plot, {'' if named else 'not '}referenced by tracks"
     return f"{plots} plots, {named} of them referenced by tracks"

@@ -57,7 +57,7 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
 def _missing(dump: Path, path: Path, profile: Profile, *, optional: bool) -> str:
     found = content(dump)
     if found not in (None, DUMP):
-        return f"{dump}: expected a dump, was {found}"
+        return f"{dump}: expected a dump, found {found}"
     hint = "; use --allow-missing to convert without it" if optional else ""
     packed = path.with_name(f"{path.name}.gz")
     inside = [one.parent for one in sorted(dump.glob(f"*/{path.name}"))[:1]]

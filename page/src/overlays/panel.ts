@@ -14,7 +14,7 @@ export const layersPanel: Panel = { id: "layers", title: "Runs and GeoJSON", tab
 function draw(app: App): TemplateResult {
   const { clock, overlays } = app;
   if (clock.runs.length < 2 && overlays.listed.length === 0) {
-    return html`<p class="hint">No second run (<code>view RUN RUN</code>) and no GeoJSON of yours (<code>--overlays DIR</code>) is shown.</p>`;
+    return html`<p class="hint">No second run (<code>view RUN RUN</code>) and no GeoJSON overlays (<code>--overlays DIR</code>) are loaded.</p>`;
   }
   const runs = clock.runs.length < 2 ? [] : clock.runs.slice(0, RUN_KEYS.length);
   return html`<ul class="switches">
@@ -23,8 +23,8 @@ function draw(app: App): TemplateResult {
     ${overlays.listed.map((one) => one.problem === ""
       ? box(app, keyOf(one), html`${one.name} <small>${one.features} ${one.features === 1 ? "feature" : "features"}</small>`)
       : html`<li class="alarm">${one.name} is not shown: ${one.problem}</li>`)}</ul>
-    ${runs.length > 0 ? html`<p class="hint">Table, selection, search, plots and exports are those of ${runs[app.view.run]}. To choose the other
-      run, use <em>Run</em> in the tab Tracks, click one of its symbols, or hide this one.</p>` : nothing}`;
+    ${runs.length > 0 ? html`<p class="hint">Table, selection, search, plots and exports refer to ${runs[app.view.run]}. To switch to the other
+      run, use <em>Run</em> in the Tracks tab, click one of its symbols, or hide this run.</p>` : nothing}`;
 }
 
 function box(app: App, key: string, text: TemplateResult): TemplateResult {

@@ -16,7 +16,7 @@ function restarted({ feed, actions }: App): TemplateResult | typeof nothing {
   const { wentBack } = feed;
   if (wentBack === null) return nothing;
   return html`<p role="alert">The data time stepped back from ${utc(wentBack.fromS)} to ${utc(wentBack.toS)} UTC: the service
-    restarted with earlier data, or its clock was set. The picture continues from there.
+    restarted with earlier data, or its clock was set back. The picture continues from the earlier time.
     <button type="button" @click=${() => {
       feed.wentBack = null;
       actions.changed();
@@ -27,7 +27,7 @@ function notice(app: App): TemplateResult | typeof nothing {
   const { feed } = app;
   if (feed.isLost(performance.now())) {
     const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
-    return html`<p role="alert">No picture from the service since ${utc(since)} UTC. The picture is out of date. ${
+    return html`<p role="alert">Air picture not updated since ${utc(since)} UTC. ${
       feed.problem.charAt(0).toUpperCase()}${feed.problem.slice(1)}</p>`;
   }
   const silence = feed.silenceS;
@@ -54,7 +54,7 @@ export function bar(app: App): TemplateResult {
       : html`<span class="minor">${store.plotCount} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
     <span class="buttons">
       <button type="button" class="switch" role="switch" aria-checked=${biases} @click=${() => actions.toggle("biases")}
-        title="On: plots without the estimated biases of their radars. Off: plots as measured (b)">Bias correction
+        title="On: plots corrected for estimated radar biases. Off: plots as measured (b)">Bias correction
         <span class="state" aria-hidden="true">${biases ? "on" : "off"}</span></button>
       <button type="button" title="Units (m)" @click=${() => actions.units()}>${view.units === "aero" ? "FL, kt, NM" : "m, m/s, km"}</button>
       <button type="button" title="Dark or light (d)" @click=${() => actions.theme()}>${view.theme === "dark" ? "Light" : "Dark"}</button>

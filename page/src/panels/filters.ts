@@ -23,7 +23,7 @@ export function filterForm({ view, store, actions, clock }: App): TemplateResult
         if (!(event.target as HTMLInputElement).validity.badInput) actions.filter({ [name]: numberOf(event, perUnit) });
       }}></label>`;
   };
-  return html`<div class="filters" role="search" aria-label="Filters of tracks">
+  return html`<div class="filters" role="search" aria-label="Track filters">
     <input type="search" id="filter" placeholder="Callsign, code, address or number  ( / )" aria-label="Search tracks"
       .value=${filters.text} @input=${(event: Event) => actions.filter({ text: textOf(event) })}
       @keydown=${(event: KeyboardEvent) => toRows(event)}>
@@ -35,7 +35,7 @@ export function filterForm({ view, store, actions, clock }: App): TemplateResult
       ${choice("Sensor", store.sensors, filters.sensor, (sensor) => actions.filter({ sensor }))}
       ${choice("State", STATES, filters.state, (state) => actions.filter({ state }))}
       <label class="check"><input type="checkbox" .checked=${filters.area}
-        @change=${() => actions.filter({ area: !filters.area })}> Only the map's area</label>
+        @change=${() => actions.filter({ area: !filters.area })}> Only the map area</label>
       ${isFiltered(filters) ? html`<button type="button" @click=${() => actions.filter(NONE)}>Clear filters</button>` : nothing}
     </div></div>`;
 }

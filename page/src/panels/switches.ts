@@ -17,8 +17,8 @@ export const switchPanel: Panel = {
       @change=${() => app.actions.toggle(name)}> ${text} <kbd>${key}</kbd></label>${
         name === "encounters" ? html` <small>${app.encounters.drawn}</small>` : nothing}</li>`)}</ul>
     <h2>Sensors</h2>
-    <ul class="switches sensors" aria-label="Plots of sensors">${app.store.sensors.map((id, number) => sensor(id, number, app))}</ul>
-    <p class="hint">Each sensor is a layer with its plots, rings and sweep. To compare two sensors, show only these two, hide the tracks (<kbd>s</kbd>), and connect their plots by lines (<kbd>i</kbd>).</p>`,
+    <ul class="switches sensors" aria-label="Plots by sensor">${app.store.sensors.map((id, number) => sensor(id, number, app))}</ul>
+    <p class="hint">Each sensor is a layer with its plots, rings and sweep. To compare two sensors, show only these two, hide the tracks (<kbd>s</kbd>), and connect their plots with lines (<kbd>i</kbd>).</p>`,
 };
 
 function counted({ plots, bearings }: Store, number: number): string {

@@ -54,7 +54,7 @@ function draw(app: App): TemplateResult {
   const warnings = Array.isArray(status["warnings"]) ? status["warnings"].map(String) : [];
   const unobservable = Array.isArray(status["unobservable_biases"]) ? (status["unobservable_biases"] as { what: string; reason: string }[]) : [];
   return html`${app.clock.isLive || app.clock.recorded ? nothing
-      : html`<p class="summary"><span class="badge check">NOW</span> The service at present, not at the time shown.</p>`}
+      : html`<p class="summary"><span class="badge check">NOW</span> Current state of the service, not its state at the time shown.</p>`}
     ${status["failure"] == null ? nothing : html`<p class="alarm"><strong>${String(status["failure"])}</strong></p>`}
     ${warnings.map((one) => html`<p class="alarm">${one}</p>`)}
     ${group("Service", [
@@ -67,25 +67,25 @@ function draw(app: App): TemplateResult {
       ["Journal entries processed", `${text("processed_sequence")} of ${text("journal_sequence")}`],
       ["Entries skipped", text("skipped_entries")],
       // Live tracks are at least so old: later measurements may still be earlier ones.
-      ["Tracks behind the newest plot", Number.isNaN(count("reorder_horizon_s")) ? "–" : `≥ ${count("reorder_horizon_s")} s (reordering)`],
+      ["Track lag behind newest plot", Number.isNaN(count("reorder_horizon_s")) ? "–" : `≥ ${count("reorder_horizon_s")} s (reordering)`],
     ])}`}
     ${group("Measurements", [
-      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["In repeated messages", text("duplicate")],
+      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["Duplicate (repeated messages)", text("duplicate")],
     ])}
     ${count("read") === count("accepted") + count("rejected") + count("duplicate") || Number.isNaN(count("read"))
-      ? nothing : html`<p class="hint">Some are still being counted.</p>`}
+      ? nothing : html`<p class="hint">Some measurements are still being counted.</p>`}
     ${rejects(app)}
     ${outcomes(status)}
-    ${unobservable.length === 0 ? nothing : html`<h3>Biases that are not observable</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
+    ${unobservable.length === 0 ? nothing : html`<h3>Unobservable biases</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
     ${group("Tracks", [
       ["Live", text("tracks")], ["Confirmed or coasting", text("tracks_confirmed_live")],
       ["Initiated", text("tracks_initiated")], ["Terminated", text("tracks_ended")],
     ])}
     ${group("Connections", [
-      ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} reader${status["subscribers"] === 1 ? "" : "s"}`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
+      ["Pages", pages(status)], ["Event stream", `${text("subscribers")} client${status["subscribers"] === 1 ? "" : "s"}`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
-      ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
-      ["Frames of this page", `${store.frames}, ${store.malformed} malformed`], ["Plots skipped by this page", String(store.skipped)],
+      ["Receiver feeds", status["feeds"] == null ? "off" : "on"],
+      ["Stream frames received by this page", `${store.frames}, ${store.malformed} malformed`], ["Plots skipped by this page", String(store.skipped)],
     ])}`;
 }
 
@@ -99,7 +99,7 @@ function dataTime(status: Record<string, unknown>, shownS: number | null): strin
 export function rejectsOf(status: Record<string, unknown>): string {
   const count = Number(status["rejected"] ?? 0);
   const [most] = rejectCounts(status);
-  return count === 0 || most === undefined ? "" : `The service has rejected ${count} measurement${count === 1 ? "" : "s"} (most as ${most[0]}): see System.`;
+  return count === 0 || most === undefined ? "" : `The service has rejected ${count} measurement${count === 1 ? "" : "s"} (mostly ${most[0]}); see System.`;
 }
 
 /** Rejects by reason, the most frequent first. */
@@ -149,7 +149,7 @@ function rejects(app: App): TemplateResult {
       app.actions.redraw();
     }}><summary>${code} <span class="count">${count}</span></summary>${opened.has(code) ? shown(code, app) : nothing}</details>`)}
     ${listed > Number(app.feed.status["rejected"] ?? 0) + Number(app.feed.status["duplicate"] ?? 0)
-      ? html`<p class="hint">Including accepted plots that were not used, such as duplicates of others (DUPLICATE).</p>` : nothing}</section>`;
+      ? html`<p class="hint">Including accepted plots that were not used, such as duplicates of other plots (DUPLICATE).</p>` : nothing}</section>`;
 }
 
 /** The last rejected rows of a reason. */
@@ -157,7 +157,7 @@ function shown(code: string, app: App): TemplateResult {
   let source = examples.get(code);
   if (source === undefined) examples.set(code, (source = new Source(EXAMPLES_MS)));
   const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);
-  if (found === null) return html`<p class="hint">${source.problem || "Reading…"}</p>`;
+  if (found === null) return html`<p class="hint">${source.problem || "Loading…"}</p>`;
   return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${one.reason}<br><code>${one.raw}</code></p>`)}
     <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}" @click=${follow}>All retained rejects</a></p>`;
 }

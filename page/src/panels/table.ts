@@ -20,9 +20,9 @@ type Key = "name" | "level" | "speed" | "sigma" | "age";
 
 const COLUMNS: readonly [Key, string, string][] = [
   ["name", "Track", "Callsign, else Mode 3/A code, address or number"],
-  ["level", "Level", "Height; with ~ estimated, not received"],
-  ["speed", "Speed", "Ground speed; with ~ uncertain by more than 50 kt (1 sigma)"],
-  ["sigma", "Sigma", "Position uncertainty at the time shown: one standard deviation, grown since the last plot"],
+  ["level", "Level", "Level; ~ means estimated, not received"],
+  ["speed", "Speed", "Ground speed; ~ means uncertain by more than 50 kt (1 sigma)"],
+  ["sigma", "Sigma", "Position uncertainty at the time shown, one standard deviation; it grows between plots"],
   ["age", "Age", "Time since the last plot"],
 ];
 const SYMBOLS: Record<string, string> = { confirmed: "●", tentative: "○", coasting: "✕", unknown: "?" };
@@ -50,7 +50,7 @@ function draw(app: App): TemplateResult {
     <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
       <span>${leastCertain(app)}</span></p>
     ${rows.length > 0 ? nothing : html`<p class="hint">${
-      isBandEmpty(view.filters) ? "No level is in this band: its lower limit is above its upper limit."
+      isBandEmpty(view.filters) ? "The level band is empty: its lower limit is above its upper limit."
       : store.tracks.length > 0 ? "No track matches the filters." : none(app)}${inOther(app)}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
@@ -71,7 +71,7 @@ function inOther({ actions, clock, feed, view }: App): TemplateResult | typeof n
 /** Why there are no tracks. */
 function none({ feed, store }: App): string {
   const { backlog_rows: backlog, intake_rows: intake } = feed.status;
-  if (!store.isRead) return "Reading the picture…";
+  if (!store.isRead) return "Loading the air picture…";
   if (Number(backlog ?? 0) + Number(intake ?? 0) > 0) return "The service is still processing the measurements received so far.";
   return store.dataTimeS === null ? "No tracks: there are no aircraft, or no measurements have been received." : "No tracks at this time.";
 }

@@ -282,12 +282,12 @@ class UnreachableError extends Error {}
 export async function get(address: string): Promise<Response> {
   const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" }).catch((error: unknown) => {
     throw new UnreachableError(error instanceof DOMException && error.name === "TimeoutError"
-      ? `The service has not answered within ${TIMEOUT_MS / 1000} s: it is overloaded or stopped, or the network is interrupted. ${RETRIES}`
+      ? `The service has not responded within ${TIMEOUT_MS / 1000} s: it is overloaded or stopped, or the network is interrupted. ${RETRIES}`
       : `The service cannot be reached. Check that it is running and can be reached from this computer. ${RETRIES}`);
   });
   if (!answer.ok) {
     const problem = (await answer.json().catch(() => ({}))) as { detail?: string };
-    throw new AnswerError(answer.status, problem.detail ?? `the service answered ${answer.status}`);
+    throw new AnswerError(answer.status, problem.detail ?? `the service responded with status ${answer.status}`);
   }
   return answer;
 }

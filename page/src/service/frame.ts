@@ -92,6 +92,6 @@ function typed(buffer: ArrayBuffer, kind: string, offset: number, rows: number):
     case "i1":
       return new Int8Array(buffer, offset, rows);
     default:
-      throw new Error(`expected a column type f8, f4, i4 or i1, was ${kind}`);
+      throw new Error(`column type: expected f8, f4, i4 or i1, was ${kind}`);
   }
 }

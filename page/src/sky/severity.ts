@@ -32,7 +32,7 @@ export interface Reception {
   rejects: string;
 }
 
-const BEARINGS_ONLY = "It delivers bearings only: no plot of the last 30 s has a range, as under jamming.";
+const BEARINGS_ONLY = "It delivers bearings only: no plot in the last 30 s has a range, as under jamming.";
 
 const RECEIVING: Reception = { olderS: 0, rejects: "" };
 
@@ -40,11 +40,11 @@ const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, SILENT: 3, "BEARINGS 
 
 /** What each alarm is called, and what it means; those without a meaning here have figures in it. */
 const ALARMS: Record<string, { name: string; meaning?: string }> = {
-  silent: { name: "no plots", meaning: "No plots for five scans on aircraft that other radars still detect." },
+  silent: { name: "no plots", meaning: "No plots for five scans of aircraft that other radars still detect." },
   bias_jump: { name: "bias jump", meaning: "A bias jumped within the last eight scans." },
   noise: { name: "noise", meaning: "The noise is more than twice the configured noise." },
-  site: { name: "wrong site", meaning: "Its configured site, or that of a radar that detects the same aircraft, is wrong." },
-  address: { name: "wrong Mode S address", meaning: "A plot updated a track with another Mode S address: a bug in multiradar." },
+  site: { name: "wrong site", meaning: "Its configured site is wrong, or the site of a radar that detects the same aircraft." },
+  address: { name: "wrong Mode S address", meaning: "A plot updated a track with a different Mode S address: a bug in multiradar." },
   clock: { name: "wrong clock" },
   storm: { name: "excessive number of measurements" },
 };
@@ -64,7 +64,7 @@ export function alarmsOf(sensor: Sensor): string[] {
 
 export function severityOf(sensor: Sensor, store: Store, { olderS, rejects }: Reception = RECEIVING): Severity {
   if (sensor.enabled === false) {
-    return { level: "DISABLED", rank: RANKS.DISABLED, reasons: ["Disabled by an operator or the sensors file: its measurements are rejected."] };
+    return { level: "DISABLED", rank: RANKS.DISABLED, reasons: ["Disabled by an operator or in the sensors file: its measurements are rejected."] };
   }
   const alarms = alarmsOf(sensor);
   // The name stands before them on the page.

@@ -26,7 +26,7 @@ export class Ago {
     const track = store.track(view.selected);
     const now = clock.at(performance.now()) ?? store.dataTimeS;
     if (track === undefined || now === null) {
-      this.refusal = { text: asked === null ? "Select a track first: then a shows where it was five minutes ago." : "The selected track is not in this picture.", untilMs: performance.now() + SAID_MS };
+      this.refusal = { text: asked === null ? "Select a track first; then press a to show where it was five minutes ago." : "The selected track is not in the picture shown.", untilMs: performance.now() + SAID_MS };
       app.actions.redraw();
       return;
     }
@@ -63,7 +63,7 @@ export class Ago {
         ? `${wanted.name} had no track at ${utc(wanted.atS)}.`
         : `${wanted.name} ${wanted.isFirst ? "was first tracked " : ""}at ${utc(wanted.atS)}: ${
           latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}. The picture is paused there; ${
-          app.clock.recorded ? "Space plays on" : "Go live (n) returns to the present"}.`);
+          app.clock.recorded ? "Space resumes playback" : "Go live (n) returns to the present"}.`);
       if (track !== undefined) app.picture.show(track);
     }
   }

@@ -63,7 +63,7 @@ export function timeBar(app: App): TemplateResult {
       ${exportMenu(app)}
     </p>
     ${span === null ? nothing : html`<p class="span" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
-      <span title="Earliest time ${clock.recorded ? "of the run" : "that the service retains"}">${ends(span[0], span[1])}</span>
+      <span title="Earliest time ${clock.recorded ? "of the run" : "retained by the service"}">${ends(span[0], span[1])}</span>
       <input type="range" aria-label="Time" min=${span[1] - Math.ceil(span[1] - span[0])} max=${span[1]} step="1"
         .value=${String(clock.isLive ? span[1] : time ?? span[1])}
         aria-valuetext="${date(time)} ${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>

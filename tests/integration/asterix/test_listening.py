@@ -117,7 +117,7 @@ def test_a_replayed_recording_is_rejected_for_its_time(
     assert run(["replay", str(recording), "--to", f"udp:{host}:{port}"]) == EXIT_DONE
     settled(application, len(recording.read_bytes()))
     (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert "a time of day more than 3600 s before its reception" in reject["reason"]
+    assert "a time of day more than 3600 s before reception" in reject["reason"]
 
 
 @pytest.mark.parametrize(

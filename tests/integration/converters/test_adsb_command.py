@@ -218,7 +218,7 @@ def test_a_time_of_the_position_that_is_odd_costs_its_row_and_one_of_another_kin
     other = tmp_path / "other"
     other.mkdir()
     content = json_list([report(k, last_position=k) for k in range(9)])
-    assert "expected dates in both or none of 'timestamp'" in failure(other, capsys, content)
+    assert "expected dates in both 'timestamp'" in failure(other, capsys, content)
 
 
 def test_an_old_position_under_a_new_time_is_rejected(tmp_path: Path) -> None:
@@ -272,7 +272,8 @@ BROKEN: list[tuple[dict[str, Any], RejectCode, str]] = [
     (
         {"last_position": (BEGIN_S - 4000) * 1000},
         RejectCode.OUT_OF_RANGE,
-        "last_position: expected at most 3600 s before and 60 s after the time, was 4001.000 s",
+        "last_position: expected at most 3600 s before and 60 s after the time of the record, was "
+        "4001.000 s",
     ),
     ({"altitude": 200_000}, RejectCode.OUT_OF_RANGE, "altitude: expected -1000 to 40000 m"),
     ({"icao24": "3c64"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits, was '3c64'"),
@@ -447,7 +448,7 @@ UNKNOWN: list[tuple[bytes, str]] = [
     (json_list([report(timestamp=5e9)]), "expected times in the column 'timestamp'"),
     (
         json_list([report(latitude=None)]),
-        "none of 1 records are accepted; 1 of them rejected as MISSING",
+        "none of 1 records were accepted; 1 were rejected as MISSING",
     ),
     (json_columns([report()])[:-5], "expected JSON columns, each an object keyed by row"),
 ]

@@ -87,7 +87,7 @@ def test_plots_that_are_all_rejected_end_the_run_with_the_commonest_reason(tmp_p
     dumps.write_dump(tmp_path / "bad", {**part, "plots.txt": [["x"], *rows]}, dumps.columns())
     done = command(tmp_path / "bad", tmp_path / "out")
     assert (done.returncode, done.stdout) == (1, "")
-    assert "none of 31 lines are accepted; 30 of them rejected as OUT_OF_RANGE" in done.stderr
+    assert "none of 31 lines were accepted; 30 were rejected as OUT_OF_RANGE" in done.stderr
     assert "azimuth: expected 0 to 360" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()

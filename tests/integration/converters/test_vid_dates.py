@@ -55,7 +55,7 @@ def test_one_first_row_in_another_form_is_one_reject(tmp_path: Path, form: str, 
 @pytest.mark.parametrize("form", ["iso", "unix"])
 def test_a_date_that_contradicts_the_dump_is_rejected_with_both(tmp_path: Path, form: str) -> None:
     dump = dump_of(tmp_path / "dump", form)
-    with pytest.raises(LayoutError, match="recording of 2018-08-03, was one of 2018-08-01"):
+    with pytest.raises(LayoutError, match="recording is dated 2018-08-01, expected 2018-08-03"):
         dumps.run(dump, tmp_path / "out", date=DAY + dt.timedelta(days=2))
     report = dumps.run(dump, tmp_path / "out", date=DAY)
     assert report["counts"]["accepted"] == 90

@@ -64,7 +64,7 @@ def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: 
     dumps.run(dumps.write_dump(tmp_path / "dump", rows, dumps.columns()), tmp_path / "out")
     text = (tmp_path / "out" / "sensors.toml").read_text()
     assert "# 1 plot, not referenced by tracks\n" in text
-    assert "# no plots, seen in tracks only\n" in text
+    assert "# no plots; referenced by tracks only\n" in text
     assert "# 1 report\n" in text
 
 

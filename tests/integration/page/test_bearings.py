@@ -118,7 +118,7 @@ def test_a_radar_that_delivers_bearings_only_is_marked(page: Page, jammed: Air) 
         expect(states.nth(row)).to_contain_text(re.compile(rf"{sensor}\s*BEARINGS ONLY\s*–"))
     expect(page.locator("#sensors .summary")).to_contain_text("east: It delivers bearings only")
     sheet = page.get_by_role("region", name="Sensor east")
-    expect(sheet).to_contain_text(re.compile(r"no plots at present; before: \d+\.\d % of"))
+    expect(sheet).to_contain_text(re.compile(r"no plots at present; previously: \d+\.\d % of"))
     assert {f"{one} BEARINGS ONLY" for one in RADARS} <= {*page.evaluate(f"{NAMES}")}
     expect(page.locator("#tab-sensors .badge")).to_have_text("2 BEARINGS")
     expect(page.locator("#tab-system .badge")).to_have_text("1 warning")

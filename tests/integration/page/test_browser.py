@@ -251,7 +251,7 @@ def test_an_answer_that_is_no_frame_and_a_silent_service_are_announced(
     settled(page, f"{STORE}.malformed > 0")
     page.unroute("**/v1/picture*")
     page.route("**/v1/**", lambda route: route.abort())
-    expect(alert).to_contain_text("The picture is out of date")
+    expect(alert).to_contain_text("Air picture not updated since")
     expect(page.locator(".picture.lost")).to_have_count(1)
     page.unroute("**/v1/**")
     expect(alert).to_have_count(0)

@@ -290,7 +290,7 @@ def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
     before = painted(shown, "ground", "")
     assert before < whole
     shown.page.keyboard.press("5")
-    box = shown.page.get_by_label("Plots of sensors").get_by_role("checkbox").first
+    box = shown.page.get_by_label("Plots by sensor").get_by_role("checkbox").first
     box.uncheck()
     assert "hide=" in shown.page.url
     assert painted(shown, "ground", "") < before

@@ -146,13 +146,13 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     expect(north.locator("td")).to_have_text(["SILENT", "–", "–", *2 * [re.compile("m|°")]])
     sheet = page.get_by_role("region", name="Sensor north")
     north.click()
-    expect(sheet).to_contain_text(re.compile(r"no plots at present; before: \d+\.\d % of"))
+    expect(sheet).to_contain_text(re.compile(r"no plots at present; previously: \d+\.\d % of"))
     page.evaluate("window.multiradar.actions.sensor('west')")
     assert "west FAULT" in names
     # A fault is in the estimates, too.
     expect(page.get_by_role("region", name="Sensor west")).not_to_contain_text("of 95 %")
     expect(page.locator("#sensors tbody tr", has_text="west").first).to_contain_text("°?")
-    expect(page.locator("#sensors .summary")).to_contain_text("300 m off. 1 more to look at.")
+    expect(page.locator("#sensors .summary")).to_contain_text("300 m off. 1 more to check.")
     # Those of the others absorb part of it.
     expect(page.locator("#sensors tbody tr", has_text="east").first).to_contain_text("°?")
     page.get_by_role("button", name="east").click()
@@ -183,9 +183,9 @@ def test_causes_begin_with_a_capital_and_alarms_have_words(page: Page, air: Air)
     # The first one is above the list, where it follows the name of the sensor.
     causes = ["Its clock is wrong.", "range_max_m is small."]
     expect(sheet.locator("p.alarm")).to_have_text([*causes, re.compile("^Do not use")])
-    expect(page.locator("#announcer")).to_contain_text("Alarm of radar north: bias jump.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for radar north: bias jump.")
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("Alarm of radar north: bias jump cleared.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for radar north: bias jump cleared.")
 
 
 def test_long_names_and_badges_leave_all_tabs_and_columns_in_sight(page: Page, air: Air) -> None:
@@ -447,7 +447,7 @@ def test_long_names_end_with_an_ellipsis_and_are_whole_in_title_and_sheet(
 def test_messages_stay_on_the_map_and_stay_closed(page: Page, air: Air) -> None:
     opened(page, air)
     page.route("**/v1/**", lambda route: route.abort())
-    expect(page.get_by_role("alert")).to_contain_text("The picture is out of date")
+    expect(page.get_by_role("alert")).to_contain_text("Air picture not updated since")
     for width, height in ((1280, 720), (1024, 600), (900, 600), (600, 700)):
         page.set_viewport_size({"width": width, "height": height})
         ends = page.evaluate(
@@ -491,5 +491,5 @@ def test_duplicate_plots_and_repeated_messages_are_named_apart(page: Page, air: 
     system = page.locator("#system")
     expect(system).to_contain_text("DUPLICATE 2")
     expect(system).to_contain_text("duplicates of others (DUPLICATE)")
-    expect(system.locator("dt", has_text="In repeated messages")).to_have_count(1)
+    expect(system.locator("dt", has_text="Duplicate (repeated messages)")).to_have_count(1)
     expect(system.locator("dt", has_text="Duplicates")).to_have_count(0)

@@ -139,7 +139,7 @@ def test_what_is_filtered_out_of_the_table_is_not_on_the_map(page: Page) -> None
 def test_only_the_area_of_the_map(page: Page) -> None:
     page.keyboard.press("f")
     settled(page, "window.multiradar.picture.seenOnCanvas.length === 30")
-    page.get_by_label("Only the map's area").check()
+    page.get_by_label("Only the map area").check()
     expect(rows(page)).to_have_count(30)
     page.evaluate("window.multiradar.picture.map.getView().setZoom(9)")
     settled(page, 'document.querySelectorAll("#tracks tbody tr[data-id]").length < 30')
@@ -240,9 +240,9 @@ def test_the_sheet_says_why_the_track_is_where_it_is(page: Page, air: Air) -> No
     ]
     assert abs(sum(weights) - 100) <= 2
     assert weights == sorted(weights, reverse=True)
-    why.get_by_text("Each plot").click()
+    why.get_by_text("Individual plots").click()
     expect(why.locator("details tbody tr")).to_have_count(len(answer["plots"]))
-    for name in ("Motion", "Identity", "History of the track"):
+    for name in ("Motion", "Identity", "Track history"):
         expect(page.get_by_role("region", name=name)).to_be_visible()
     expect(page.get_by_role("region", name="Identity").get_by_text("the same")).to_be_visible()
 
@@ -251,7 +251,7 @@ def test_the_curves_of_a_track_are_drawn_and_described(page: Page) -> None:
     page.evaluate(f"{ACTIONS}.show({STORE}.tracks[2].id)")
     curves = page.locator("#sheet mr-chart")
     expect(curves).to_have_count(4)
-    for label in ("Level", "Ground speed", "Along the line of sight", "Across it"):
+    for label in ("Level", "Ground speed", "Along the line of sight", "Across the line of sight"):
         chart = page.locator(f"mr-chart[aria-label^='{label}']")
         expect(chart).to_have_attribute("role", "img")
         expect(chart).to_have_attribute("aria-label", _with_numbers())
@@ -327,7 +327,7 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     expect(summary).not_to_contain_text("west: west")
     expect(page.get_by_role("tab", name="Radars")).to_contain_text("1 FAULT")
     # Each sentence stays: another may follow it at any time.
-    expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for radar west: noise.")
     assert page.evaluate("window.harmed") is None
     # A service that replays its journal after a restart has the alarms of earlier times.
     page.route("**/v1/status", replaying)
@@ -338,7 +338,7 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     expect(states.nth(0)).to_contain_text("FAULT")
     expect(page.locator("#announcer")).not_to_contain_text("cleared")
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise cleared.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for radar west: noise cleared.")
 
 
 def replaying(route: Route) -> None:
@@ -481,7 +481,7 @@ def test_a_lost_connection_is_announced_once_and_its_return_too(
 ) -> None:
     page.route("**/v1/**", lambda route: route.fulfill(status=503, body="{}"))
     alert = page.get_by_role("alert")
-    expect(alert).to_contain_text("The picture is out of date")
+    expect(alert).to_contain_text("Air picture not updated since")
     text = alert.inner_text()
     settled(page, f"{STORE}.frames > 0")
     assert alert.inner_text() == text

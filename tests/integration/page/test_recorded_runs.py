@@ -203,7 +203,7 @@ def test_table_selection_search_and_exports_are_of_the_chosen_run(page: Page, sh
         }})()"""
     )
     assert far
-    expect(page.get_by_role("region", name="History of the track")).to_be_visible()
+    expect(page.get_by_role("region", name="Track history")).to_be_visible()
     assert any("/second/v1/tracks/" in one for one in watch.addresses)
     # A click on a symbol of the other run chooses it.
     page.keyboard.press("1")

@@ -98,7 +98,7 @@ def test_the_history_has_uncertainty_forecasts_encounters_and_sheets_of_then(
     assert abs(points[0] - then_s) < 5.0
     why = page.get_by_role("region", name="Why is it here?")
     expect(why.get_by_text("in the last minute")).to_be_visible()
-    why.get_by_text("Each plot").click()
+    why.get_by_text("Individual plots").click()
     newest = why.locator("details tbody td").first.inner_text()
     assert newest <= clock_text(then_s)
     page.keyboard.press("3")
@@ -109,7 +109,7 @@ def test_the_history_has_uncertainty_forecasts_encounters_and_sheets_of_then(
     assert all(one["biases"][0]["time_s"] <= then_s for one in sensors if one["biases"])
     assert all(one["health"]["time_s"] <= then_s for one in sensors if one["health"])
     page.keyboard.press("4")
-    expect(page.locator("#system")).to_contain_text("The service at present")
+    expect(page.locator("#system")).to_contain_text("Current state of the service")
     expect(page.get_by_role("region", name="Connections")).to_contain_text("127.0.0.1")
 
 
@@ -235,7 +235,7 @@ def test_a_service_that_restarts_is_announced_and_the_picture_goes_on_without_do
         settled(page, f"{STORE}.tracks.length > 10 && {STORE}.plots.length > 50")
         air.application.stop()
         alert = page.get_by_role("alert")
-        expect(alert).to_contain_text("The picture is out of date")
+        expect(alert).to_contain_text("Air picture not updated since")
         air.start()
         time_s = air.measurements["time_s"]
         air.send(air.measurements.filter((time_s > half_s) & (time_s < half_s + 12.0)))
@@ -266,7 +266,7 @@ def test_a_fault_stays_in_the_history_from_when_it_was_found(page: Page, tmp_pat
         expect(badge).to_have_text("1 FAULT")
         page.keyboard.press("3")
         page.evaluate(f"{CLOCK}.pause()")
-        expect(page.locator("#sensors")).to_contain_text("Biases and health of the time shown.")
+        expect(page.locator("#sensors")).to_contain_text("Biases and health at the time shown.")
         expect(badge).to_have_text("1 FAULT")
         page.evaluate(f"{CLOCK}.seek({CLOCK}.span[0] + 60)")
         expect(badge).not_to_have_text("1 FAULT")
@@ -291,6 +291,6 @@ def test_a_track_has_not_ended_while_the_present_is_being_read(page: Page, long:
 
     page.route("**/v1/picture?*", later)
     page.keyboard.press("n")
-    expect(sheet).to_contain_text("Reading the picture")
+    expect(sheet).to_contain_text("Loading the air picture")
     held[0] = False
     expect(sheet.locator(".name")).to_be_visible()

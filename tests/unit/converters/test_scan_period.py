@@ -75,9 +75,9 @@ def test_few_plots_and_those_without_azimuth_say_nothing() -> None:
 def test_the_reason_for_no_scan_period_is_named() -> None:
     time_s, azimuth_deg = np.linspace(0.0, 0.45, 4), np.zeros(4)
     assert why_no_period(time_s, azimuth_deg) == (
-        "4 plots in 0.45 s are too few; 30 within a minute are needed"
+        "only 4 plots in 0.45 s; at least 30 within a minute are needed"
     )
-    assert why_no_period(time_s, azimuth_deg * np.nan) == "no plots with time and azimuth"
+    assert why_no_period(time_s, azimuth_deg * np.nan) == "no plots with a time and an azimuth"
     generator = np.random.default_rng(5)
     still = generator.uniform(0.0, 600.0, 4000), generator.uniform(0.0, 360.0, 4000)
     assert math.isnan(scan_period_s(*still))
@@ -90,5 +90,5 @@ def test_north_marks_of_which_many_are_missing_do_not_give_the_scan_period() -> 
     assert preferred_period(4.0, math.nan, "too few plots") == (4.0, "service messages")
     assert preferred_period(math.nan, 4.0, "plots") == (4.0, "plots")
     assert preferred_period(12.0, 4.0, "plots") == (
-        4.0, "plots; north marks every 12 s are incomplete"
+        4.0, "plots; north markers (every 12 s) are incomplete"
     )  # fmt: skip

@@ -55,7 +55,7 @@ def object_pairs(raw: bytes) -> list[tuple[str, object]]:
     """
     value = json_value(raw)
     if not isinstance(value, Pairs):
-        raise RejectedError(RejectCode.WRONG_TYPE, f"expected a JSON object, was {_shown(raw)}")
+        raise RejectedError(RejectCode.WRONG_TYPE, f"expected a JSON object, found {_shown(raw)}")
     return value.pairs
 
 
@@ -109,7 +109,7 @@ def line_cells(raw: bytes, layout: Layout) -> dict[int, str]:
     """
     found = split_line(raw, layout.separator)
     if len(found) != len(layout.columns):
-        reason = f"expected {len(layout.columns)} fields, was {len(found)}"
+        reason = f"expected {len(layout.columns)} fields, found {len(found)}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     return {role: text for role, text in zip(layout.columns, found, strict=True) if role >= 0}
 

@@ -116,7 +116,7 @@ def open_source(path: Path, progress: Callable[[int], None], utc_offset_s: float
     file = path.name
     first = head.lstrip()[:1]
     if not first:
-        msg = f"{path}: expected trajectories, was {unpacked.damage or 'an empty file'}"
+        msg = f"{path}: no trajectories: {unpacked.damage or 'the file is empty'}"
         raise LayoutError(msg)
     if first == b"[":
         return _list(file, unpacked, head, blocks)

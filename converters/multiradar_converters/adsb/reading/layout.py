@@ -117,8 +117,8 @@ def lay_out(
         position_time = time_form(file, position_name, present)
         if of_day(position_time) != of_day(time):
             msg = (
-                f"{file}: expected dates in both or none of {name!r} and {position_name!r}, was "
-                f"{time} and {position_time}"
+                f"{file}: expected dates in both {name!r} and {position_name!r} or in neither, "
+                f"found {time} and {position_time}"
             )
             raise LayoutError(msg)
     if separator is None:

@@ -162,7 +162,7 @@ def fault_of(row: Row, layout: Layout) -> RejectedError | None:
     if not of_day(layout.time) and (age_s < -_AHEAD_MAX_S or age_s > _AGE_MAX_S):
         reason = (
             f"{layout.name_of(roles.POSITION_TIME)}: expected at most {_AGE_MAX_S:.0f} s before "
-            f"and {_AHEAD_MAX_S:.0f} s after the time, was {age_s:.3f} s before"
+            f"and {_AHEAD_MAX_S:.0f} s after the time of the record, was {age_s:.3f} s before"
         )
         return RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return None

@@ -62,7 +62,7 @@ OF_AIRCRAFT = (
 
 ROLE_NAMES = (
     "time", "latitude", "longitude", "height", "geometric height", "ground speed",
-    "time of the position", "track", "vertical rate", "magnetic heading", "roll",
+    "position time", "track", "vertical rate", "magnetic heading", "roll",
     "track angle rate", "true airspeed", "indicated airspeed", "Mach number",
     "selected altitude", "address", "code", "callsign", "on the ground",
     "kind",
@@ -172,7 +172,7 @@ def choose_columns(file: str, found: list[str]) -> Chosen:
             continue
         if role in names:
             msg = (
-                f"{file}: expected one column for the {ROLE_NAMES[role]}, was {names[role]!r} "
+                f"{file}: expected one column for the {ROLE_NAMES[role]}, found {names[role]!r} "
                 f"and {name!r}"
             )
             raise LayoutError(msg)
@@ -190,8 +190,8 @@ def _derive_units(file: str, names: dict[int, str], scale: dict[int, float]) -> 
     if scale.get(GEOMETRIC) == _BOTH:
         if HEIGHT not in scale:
             msg = (
-                f"{file}: the unit of {names[GEOMETRIC]!r} is unknown: it needs a column altitude "
-                f"(ft) or baroaltitude (m) next to it"
+                f"{file}: the unit of {names[GEOMETRIC]!r} is unknown: only a column altitude (ft) "
+                f"or baroaltitude (m) in the same file determines the unit"
             )
             raise LayoutError(msg)
         scale[GEOMETRIC] = scale[HEIGHT]

@@ -116,7 +116,7 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     if not isinstance(point, list):
         raise RejectedError(RejectCode.WRONG_TYPE, "expected a list for each point of a trace")
     if len(point) < _POINT_VALUES_MIN:
-        reason = f"expected at least {_POINT_VALUES_MIN} values per point, was {len(point)}"
+        reason = f"expected at least {_POINT_VALUES_MIN} values per point, found {len(point)}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     cells = {
         roles.TIME: _moment(json_text(point[0]), begin_s),
@@ -160,7 +160,7 @@ def _kind(point: list[object]) -> str:
     if source == "mlat":
         return "mlat"
     if source and not source.startswith(_OF_ADSB):
-        reason = f"expected a position from ADS-B or multilateration, was from {source[:40]!r}"
+        reason = f"position source: expected ADS-B or multilateration, was {source[:40]!r}"
         raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     return "adsb"
 

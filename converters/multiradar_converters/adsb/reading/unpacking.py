@@ -140,7 +140,7 @@ def _check_growth(unpacked: Unpacked, more: int) -> None:
     bound = EXPANSION_MAX * unpacked.packed_bytes + EXPANSION_FREE_BYTES
     if unpacked.text_bytes + more > bound:
         msg = (
-            f"{unpacked.path}: expected a compressed file that expands at most {EXPANSION_MAX} "
-            f"times, but {unpacked.packed_bytes} bytes gave more than {bound}"
+            f"{unpacked.path}: expected a compression ratio of at most {EXPANSION_MAX}, but "
+            f"{unpacked.packed_bytes} bytes expanded to more than {bound}"
         )
         raise LayoutError(msg)

@@ -25,9 +25,8 @@ _RADAR = KINDS.index("radar")
 #: Reason, and what to do.
 NO_REFERENCE_POINT = (
     "local coordinates only (item 042), whose reference point is unknown: specify it with "
-    "--reference "
-    "SAC-SIC=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg of the sensor in the sensors "
-    "file"
+    "--reference SAC-SIC=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg of the sensor in "
+    "the sensors file"
 )
 IMPOSSIBLE_TIME = "a time of day of 24 h or more"
 IMPOSSIBLE_POSITION = "an impossible position"
@@ -61,14 +60,14 @@ def untimed(timed: Timed) -> list[Rejection]:
         (
             truncated,
             RejectCode.MISSING_FIELD,
-            "only the time modulo 512 s (item 141), which cannot be resolved: there is no service "
-            "message of the radar, no recorder's clock, no time of another sensor",
+            "only a time modulo 512 s (item 141), which is ambiguous: no radar service message, "
+            "recorder time or time from another sensor is available",
         ),
         (
             left & radar,
             RejectCode.MISSING_FIELD,
-            "no time; and neither the antenna passage (north mark or sector, scan period) nor the "
-            "time of reception is known",
+            "no time, and none can be derived: neither the antenna position (north marker or "
+            "sector, scan period) nor the time of reception is known",
         ),
         (
             left & ~radar,

@@ -104,7 +104,7 @@ class Editions:
         known = [name for one in layouts_of(category) for name in one.editions]
         return (
             f"category {category:03d} of {source_name(source)}: {unfit} of {tried} blocks fit no "
-            f"known edition ({', '.join(known)}), so all of them are quarantined; to decode them "
+            f"known edition ({', '.join(known)}), so all blocks are quarantined; to decode them "
             "anyway, select an edition"
         )
 
@@ -159,7 +159,7 @@ def parse_editions(texts: list[str]) -> Editions:
             layout = layout_of(int(category), edition)
         except KeyError as error:
             known = [name for one in layouts_of(int(category)) for name in one.editions]
-            msg = f"expected an edition of {', '.join(known) or 'a known category'}, was {text!r}"
+            msg = f"edition: expected {' or '.join(known) or 'a known category'}, was {text!r}"
             raise ProfileError(msg) from error
         editions.chosen[int(category), source] = layout
     return editions

@@ -162,7 +162,7 @@ def _mark_truncated(gathered: Gathered) -> None:
         number = len(gathered.broken) - 1
         what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
         of_all = f"{gathered.broken[number].octets} of its {blocks.cut} octets"
-        _truncate(gathered, number, f"the file ends inside {what}: {of_all}")
+        _truncate(gathered, number, f"the file ends inside {what}, after {of_all}")
 
 
 def _truncate(gathered: Gathered, number: int, reason: str) -> None:
@@ -319,7 +319,7 @@ def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) 
     layout = walked.program.layout
     item = walked.program.wrong_item(node)
     begin, end = int(blocks.begins[block]), int(blocks.ends[block])
-    where = f"item {item}: " if item else ""
+    where = f"{'item ' if node >= 0 else ''}{item}: " if item else ""
     return Broken(
         offset=int(blocks.offsets[block]),
         octets=end - begin,

@@ -83,8 +83,8 @@ def parse_references(choices: Sequence[str]) -> dict[int, ReferencePoint]:
         point = ReferencePoint(float(matched[3]), float(matched[4]))
         if max(area, system) > _CODE_MAX or not _possible(point):
             msg = (
-                "expected codes of at most 255, a latitude within 89° and a longitude within 180°, "
-                f"was {text!r}"
+                "expected SAC and SIC of at most 255, a latitude within 89° and a longitude within "
+                f"180°, was {text!r}"
             )
             raise ProfileError(msg)
         found[area << 8 | system] = point

@@ -205,11 +205,12 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
         if not least_s > LATE_MAX_S:
             return None
         return LATENCY_ALARM, (
-            f"even its fastest reports arrive {_duration(least_s)} after their times, its "
-            f"service messages after {_duration(abs(offset_s))}: check its processing and network"
+            f"even its fastest reports arrive {_duration(least_s)} after their time stamps, "
+            f"its service messages after {_duration(abs(offset_s))}: check its processing and "
+            "network"
         )
     way = "ahead of" if offset_s > 0.0 else "behind"
-    said = f"its times are at least {_duration(abs(offset_s))} {way} their reception"
+    said = f"its time stamps are at least {_duration(abs(offset_s))} {way} reception"
     if zone := _zone(offset_s):
         why = f"probably local time, {zone / 3600.0:+g} h from UTC; set its clock to UTC"
     elif scale := _scale(offset_s):

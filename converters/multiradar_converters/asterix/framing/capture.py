@@ -96,7 +96,10 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     fragments = Fragments()
     unknown = [packet for packet in packets if packet.link not in LINKS]
     if unknown and len(unknown) == len(packets):
-        msg = f"{name}: expected Ethernet, IP or Linux packets, was link type {unknown[0].link}"
+        msg = (
+            f"{name}: expected Ethernet, raw IP or Linux cooked packets, found link type "
+            f"{unknown[0].link}"
+        )
         raise LayoutError(msg)
     for packet in packets:
         if packet.link not in LINKS:
@@ -170,7 +173,7 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
         elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
             packet = _packet(body, kind, at + 8, order, links)
             if packet is None:
-                gaps.append((at + 8, len(body), "a packet of an undescribed interface"))
+                gaps.append((at + 8, len(body), "a packet from an undescribed interface"))
             else:
                 packets.append(packet)
         at += length

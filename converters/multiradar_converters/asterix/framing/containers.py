@@ -268,7 +268,7 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         raise LayoutError(msg)
     damage = "" if offset else damage_of(data)
     if damage:
-        msg = f"{path}: expected ASTERIX blocks, {damage}"
+        msg = f"{path}: expected ASTERIX blocks, found {damage}"
         raise LayoutError(msg)
     return data
 

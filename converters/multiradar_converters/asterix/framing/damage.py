@@ -19,7 +19,7 @@ _HEX = b"0123456789abcdefABCDEF \t\r\n,;:x"
 
 
 def damage_of(data: NDArray[np.uint8]) -> str:
-    """Return how a recording was damaged, as it follows a comma; empty if it was not.
+    """Return how a recording was damaged, as it follows "found"; empty if it was not.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ def damage_of(data: NDArray[np.uint8]) -> str:
     head = data[:_HEAD].tobytes()
     if len(head) >= _TEXT_MIN and all(32 <= one < 127 or one in b"\t\r\n" for one in head):
         if all(one in _HEX for one in head):
-            return "was hexadecimal text; convert it to binary (`xxd -r -p`)"
-        return "was text"
+            return "hexadecimal text; convert it to binary (`xxd -r -p`)"
+        return "text"
     if head[:4] == b"PAR1":
-        return "was a Parquet table, already converted"
+        return "a Parquet table, which is already converted"
     feeds = np.flatnonzero(data == _LINE_FEED)
     if len(feeds) >= _LINES_MIN and feeds[0] > 0 and (data[feeds - 1] == _RETURN).all():
         return (
-            "was changed by a transfer in text mode (each line feed follows a carriage return); "
-            "transfer it again in binary mode"
+            "a file changed by a transfer in text mode (each line feed follows a carriage "
+            "return); transfer the file again in binary mode"
         )
     if _is_utf_8(head):
         return (
-            "was changed by a program that treated it as text (it is valid UTF-8); copy the "
-            "original"
+            "a file changed by a program that treated it as text (it is valid UTF-8); copy "
+            "the original"
         )
     return ""
 

@@ -25,8 +25,8 @@ _TICKS_PER_S = 100.0
 _DAY_S = 86_400.0
 # A recording may begin inside an envelope; the largest has 65 535 octets.
 _SEARCHED_MAX = 1 << 17
-_DAMAGED = "there is no envelope of the Final format at this position"
-_CUT = "an envelope of Final format is truncated"
+_DAMAGED = "there is no Final format envelope at this position"
+_CUT = "a Final format envelope is truncated"
 
 
 def is_final_format(data: NDArray[np.uint8]) -> bool:

@@ -27,10 +27,10 @@ RECORDS_MAX = 1 << 16
 
 REASONS = {
     _kernels.TOO_SHORT: "extends past the end of the block",
-    _kernels.NO_ITEM: "the edition has no such item",
-    _kernels.ZERO_LENGTH: "has the length 0",
-    _kernels.EMPTY_RECORD: "the field specification is empty",
-    _kernels.LONG_FIELD_SPECIFICATION: "the field specification has no end",
+    _kernels.NO_ITEM: "not defined in this edition",
+    _kernels.ZERO_LENGTH: "has zero length",
+    _kernels.EMPTY_RECORD: "the FSPEC is empty",
+    _kernels.LONG_FIELD_SPECIFICATION: "FSPEC not terminated (FX set in the last octet)",
 }
 
 
@@ -78,7 +78,7 @@ class Program:
         """Return the name of the item at which parsing failed; empty for none."""
         if node >= 0:
             return self.names[node].partition("+")[0]
-        return f"number {-1 - node} of the field specification" if node < _ABSENT else ""
+        return f"FRN {-1 - node}" if node < _ABSENT else ""
 
 
 @dataclass(frozen=True)

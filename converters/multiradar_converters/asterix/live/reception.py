@@ -202,7 +202,7 @@ class LiveDecoder:
         return time_s, (
             received_s - time_s > behind_max_s,
             RejectCode.OUT_OF_RANGE,
-            f"a time of day more than {behind_max_s:g} s before its reception",
+            f"a time of day more than {behind_max_s:g} s before reception",
         )
 
     def _ids(self, reports: Timed) -> tuple[pl.Series, list[Rejection]]:
@@ -236,7 +236,7 @@ def warm_up() -> None:
 
 
 def _unknown(source: int) -> str:
-    return f"no sensor of the sensors file has this SAC and SIC: {source_name(source)}"
+    return f"no sensor in the sensors file has this SAC and SIC: {source_name(source)}"
 
 
 def _same(reason: str, _source: int) -> str:

@@ -132,7 +132,7 @@ def _columns(line: bytes, layout: FileLayout) -> dict[int, bytes]:
         found.append(b"")
     if len(found) != expected:
         cause = "the line is truncated" if len(found) < expected else "too many fields"
-        reason = f"expected {expected} fields, was {len(found)}: {cause}"
+        reason = f"expected {expected} fields, found {len(found)}: {cause}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     return {role: text for role, text in zip(layout.columns, found, strict=True) if role >= 0}
 
@@ -143,7 +143,7 @@ def _pairs(line: bytes, layout: FileLayout) -> dict[int, bytes]:
     for token in _PAIR_BREAKS.split(line.strip(b" \t;")):
         key, equals, value = token.partition(b"=")
         if not equals or not key:
-            reason = f"expected name=value, was {_shown(token)}"
+            reason = f"expected name=value, found {_shown(token)}"
             raise RejectedError(RejectCode.MALFORMED_LINE, reason)
         role = roles.get(key)
         if role is None:

@@ -215,7 +215,7 @@ def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
     raw = bytes(block.text)
     if block.overlong:
         reason = (
-            f"expected a line of at most {BLOCK_BYTES} bytes, was {block.size}; the beginning is "
+            f"expected a line of at most {BLOCK_BYTES} bytes, found {block.size}; the beginning is "
             f"retained"
         )
         parsed.rejected.append(RejectedLine(0, RejectCode.TOO_LARGE, reason, raw))

@@ -154,7 +154,7 @@ class TimeFilter:
         time = row.numbers[fields.TIME] if isinstance(row, Row) else float("nan")
         name = self._layout.name_of(fields.TIME)
         reason = (
-            f"{name}: expected a time near {self._shown(near, 0)} as in the neighbouring lines, "
+            f"{name}: expected a time near {self._shown(near, 0)} as in neighbouring lines, "
             f"was {self._shown(time, 3)}"
         )
         self._rejects.append(RejectedLine(line, RejectCode.OUT_OF_RANGE, reason, raw))

@@ -38,13 +38,13 @@ function draw(app: App): TemplateResult {
   if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
-  return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health of the time shown${app.clock.recorded ? ", probable causes from the whole run" : ""}.</p>`}
+  return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health at the time shown${app.clock.recorded ? "; probable causes from the whole run" : ""}.</p>`}
     ${first !== undefined ? verdict(sorted) : nothing}
     <table class="sensors"><thead><tr><th scope="col">Sensor</th><th scope="col">State</th>
       <th scope="col" title="Probability of detection">Pd</th>
       <th scope="col" title="Measured noise relative to the configured noise: range, azimuth">Noise</th>
-      <th scope="col" title="Estimated bias of the range">Range<br>bias</th>
-      <th scope="col" title="Estimated bias of the azimuth">Azimuth<br>bias</th></tr></thead>
+      <th scope="col" title="Estimated range bias">Range<br>bias</th>
+      <th scope="col" title="Estimated azimuth bias">Azimuth<br>bias</th></tr></thead>
     <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>
     ${open === undefined ? nothing : sensorSheet(open.sensor, open.severity, open === first && open.severity.rank > 0 ? 1 : 0, app)}`;
 }
@@ -55,7 +55,7 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
   const wrong = sorted.filter(({ severity }) => severity.rank > 0).length;
   if (worst === undefined || wrong === 0) return html`<p class="summary">No sensor has an alarm.</p>`;
   return html`<p class="summary"><strong>${worst.sensor.id}: ${worst.severity.reasons[0] ?? worst.severity.level}</strong>${
-    wrong > 1 ? html` <span class="count">${wrong - 1} more to look at.</span>` : ""}</p>`;
+    wrong > 1 ? html` <span class="count">${wrong - 1} more to check.</span>` : ""}</p>`;
 }
 
 function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {

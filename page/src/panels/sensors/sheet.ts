@@ -56,7 +56,7 @@ export function sensorSheet(sensor: Sensor, severity: Severity, said: number, ap
 
 function biases({ biases: found }: Sensor, doubt: string): TemplateResult {
   return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
-    <th scope="col" title="Sigma relative to that before the first plot">Of prior</th></tr></thead>
+    <th scope="col" title="Sigma relative to the prior sigma">Of prior</th></tr></thead>
     <tbody>${found.map((bias) => {
       const [estimate, sigma, ratio] = [estimateOf(bias), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
       const [name, unit] = named(String(bias["parameter"] ?? ""));
@@ -64,10 +64,10 @@ function biases({ biases: found }: Sensor, doubt: string): TemplateResult {
       return html`<tr><th scope="row">${name}</th><td>${Number.isNaN(estimate) ? "–" : `${signed(estimate, digits)}${unit}`}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
         <td>${Number.isFinite(ratio) ? `${Number((100 * ratio).toPrecision(2))} %` : "–"}</td></tr>`;
     })}</tbody></table>
-    ${doubt !== "" ? html`<p class="alarm">Do not use these biases: ${doubt}, and they absorb part of that error.
-      ± 2 sigma does not cover it. Correct the fault first.</p>` : nothing}
-    <p class="hint">${doubt !== "" ? "" : "The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. "}Of prior: the sigma that is
-      left of that before the first plot; at 100 % the plots have not shown this bias.</p>`;
+    ${doubt !== "" ? html`<p class="alarm">Do not use these biases: ${doubt}, and the biases absorb part of that error,
+      which ± 2 sigma does not include. Correct the fault first.</p>` : nothing}
+    <p class="hint">${doubt !== "" ? "" : "The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. "}Of prior: sigma as a
+      percentage of the sigma before the first plot; at 100 % the plots contain no information about this bias.</p>`;
 }
 
 /** Each bias over the last hour, with a band of two sigmas. */
@@ -77,7 +77,7 @@ function curves(sensor: Sensor, app: App): TemplateResult | typeof nothing {
   const atS = app.feed.sensorsAtS ?? dataTimeS;
   const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, atS - PAST_S).toFixed(1)}&limit=${ROWS_MAX}`;
   const found = history.read(app, `${sensor.id} ${app.clock.jumps}`, address);
-  if (found === null) return html`<p class="hint">${history.problem || "Reading the biases…"}</p>`;
+  if (found === null) return html`<p class="hint">${history.problem || "Loading the biases…"}</p>`;
   const names = [...new Set(found.biases.map((one) => one.parameter))];
   return html`${names.map((parameter) => {
     const rows = settled(found.biases.filter((one) => one.parameter === parameter && one.time_s <= atS));
@@ -104,12 +104,12 @@ function settled(rows: Estimate[]): Estimate[] {
 function byPlace(sensor: Sensor, app: App): TemplateResult {
   const answer = residuals.read(app, "all", "v1/residuals");
   const found = answer?.sensors.find((one) => one.sensor_id === sensor.id);
-  if (found === undefined) return html`<p class="hint">${answer === null ? residuals.problem || "Reading the innovations…" : "No plots in the last ten minutes."}</p>`;
+  if (found === undefined) return html`<p class="hint">${answer === null ? residuals.problem || "Loading the innovations…" : "No plots in the last ten minutes."}</p>`;
   const km = (begin: number): string => `${begin / 1000} km`;
   const degrees = (begin: number): string => `${begin}°`;
   const range = (one: Bin): [number, number] => [one.range_mean_m, one.range_rms_m];
   const azimuth = (one: Bin): [number, number] => [one.azimuth_mean_deg, one.azimuth_rms_deg];
-  return html`<h4>Mean innovation of the last ten minutes <small>${found.plots} plots</small></h4>
+  return html`<h4>Mean innovation over the last ten minutes <small>${found.plots} plots</small></h4>
     <p class="hint">A pattern indicates an error that the biases do not model, such as a wrong site or a tilted or eccentric antenna.</p>
     <div class="grid">
     ${bars("Range by azimuth", "m", barsOf(found.by_azimuth, 360, degrees, range), 0)}
@@ -144,7 +144,7 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
   const value = (name: string): number => numberOf(health?.[name]);
   const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
   const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
-  const before = isWithoutPlots(sensor, store) ? "no plots at present; before: " : "";
+  const before = isWithoutPlots(sensor, store) ? "no plots at present; previously: " : "";
   const noise = (ratio: number, configured: number | null, unit: string): string =>
     Number.isFinite(ratio) && configured !== null ? `${before}${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
@@ -162,10 +162,10 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
     rows.push(
       ["Detection probability", Number.isFinite(value("detection_probability"))
         ? `${before}${(100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
-      ["Noise of range", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
-      ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
-      ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],
-      ["Site error", doubt !== "" ? "not valid: it is relative to tracks that the fault has moved" : Number.isFinite(value("site_sigma_m"))
+      ["Range noise", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
+      ["Azimuth noise", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
+      ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} of ${value("tracks_in_cover")} detected` : "–"],
+      ["Site error", doubt !== "" ? "not valid: estimated relative to tracks that the fault has displaced" : Number.isFinite(value("site_sigma_m"))
         ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)` : "not estimated yet"],
       ["Bias jumps", `${Number.isFinite(value("bias_jumps")) ? value("bias_jumps") : 0}${
         Number.isFinite(value("last_jump_s")) ? `, the last at ${utc(value("last_jump_s"))}` : ""}`],

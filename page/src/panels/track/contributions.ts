@@ -24,25 +24,25 @@ export function contributions({ plots, time_s: time }: TrackPlots, app: App): Te
   const whole = sums.reduce((sum, one) => sum + one.weight, 0);
   const first = sums[0];
   const share = first === undefined || whole === 0 ? "" : `; ${first.sensor} has ${((100 * first.weight) / whole).toFixed(0)}\u00a0% of the weight`;
-  return html`<p class="summary">${recent.length} ${recent.length === 1 ? "plot" : "plots"} of ${sums.length} ${
+  return html`<p class="summary">${recent.length} ${recent.length === 1 ? "plot" : "plots"} from ${sums.length} ${
       sums.length === 1 ? "sensor" : "sensors"} in the last minute${share}.</p>
     <table><thead><tr><th scope="col">Sensor</th><th scope="col">Plots</th>
-      <th scope="col" title="Fraction of the influence on the estimate">Weight</th>
+      <th scope="col" title="Relative influence on the estimate">Weight</th>
       <th scope="col" title="Bias correction of range and azimuth">Bias removed</th>
       <th scope="col" title="Median distance of the bias-corrected plots from the track">Residual</th></tr></thead>
     <tbody>${sums.map((one) => html`<tr><th scope="row">${swatch(one.sensor, app)}${one.sensor}</th><td>${one.plots.length}</td>
       <td>${whole === 0 ? "–" : `${((100 * one.weight) / whole).toFixed(0)} %`}</td>
       <td>${removed(one.plots[one.plots.length - 1])}</td>
       <td>${distance(median(one.plots.map(residualOf)), app.view.units)}</td></tr>`)}</tbody></table>
-    <p class="hint">Weight: how much of the position comes from this sensor. Residual: how far its corrected plots lie from the track.</p>
-    <details><summary>Each plot</summary>
+    <p class="hint">Weight: the sensor's relative influence on the position. Residual: median distance of its bias-corrected plots from the track.</p>
+    <details><summary>Individual plots</summary>
       <table><thead><tr><th scope="col">UTC</th><th scope="col">Sensor</th>
         <th scope="col" title="Innovation along the line of sight (positions: east)">Along</th>
         <th scope="col" title="Innovation across the line of sight (positions: north)">Across</th>
-        <th scope="col" title="Normalised innovation: about 1 is usual">Sigmas</th>
+        <th scope="col" title="Normalised innovation: typically about 1">Sigmas</th>
         <th scope="col" title="Influence on the estimate: 0 % (ignored) to 100 % (followed)">Weight</th></tr></thead>
       <tbody>${recent.slice(-PLOTS_MAX).reverse().map(plotRow)}</tbody></table>
-      ${recent.length > PLOTS_MAX ? html`<p class="hint">The last ${PLOTS_MAX} of ${recent.length}.</p>` : nothing}</details>`;
+      ${recent.length > PLOTS_MAX ? html`<p class="hint">The last ${PLOTS_MAX} of ${recent.length} plots.</p>` : nothing}</details>`;
 }
 
 function plotRow(plot: TrackPlot): TemplateResult {

@@ -46,7 +46,7 @@ export function residuals(plots: readonly TrackPlot[], app: App): TemplateResult
     return { label: name, colour: sensorColour(mark, app.picture.scene.palette), mark, values: plots.map((one) => (one.sensor_id === name ? value(one) : null)) };
   });
   return html`${figure({ label: "Along the line of sight (positions: east)", unit: "m", times, curves: curves(alongOf), zero: true })}
-    ${figure({ label: "Across it (positions: north)", unit: "m", times, curves: curves(acrossOf), zero: true })}`;
+    ${figure({ label: "Across the line of sight (positions: north)", unit: "m", times, curves: curves(acrossOf), zero: true })}`;
 }
 
 export function figure(data: ChartData): TemplateResult {

@@ -40,7 +40,7 @@ function draw(app: App): TemplateResult {
   const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
-  if (track === undefined && !app.feed.isCurrent) return html`<p class="hint">Reading the picture…</p>`;
+  if (track === undefined && !app.feed.isCurrent) return html`<p class="hint">Loading the air picture…</p>`;
   if (track === undefined) return transitions.problem === "" ? absent(selected, steps, shownS) : html`<p class="hint">${transitions.problem}</p>`;
   last = { id: selected, name: nameOf(track) };
   const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
@@ -50,7 +50,7 @@ function draw(app: App): TemplateResult {
     ${motion(updates[updates.length - 1])}
     ${identity(track, updates)}
     <section aria-label="Why is it here?"><h3>Why is it here?</h3>${
-      used === null ? html`<p class="hint">${plots.problem || "Reading the plots…"}</p>` : contributions(used, app)}</section>
+      used === null ? html`<p class="hint">${plots.problem || "Loading the plots…"}</p>` : contributions(used, app)}</section>
     <section aria-label="Level and speed"><h3>Level and speed, last ten minutes</h3>${profile(updates, view.units)}</section>
     <section aria-label="Innovations by sensor"><h3>Innovations by sensor</h3>${used === null ? nothing : residuals(used.plots, app)}</section>
     ${life(steps)}`;
@@ -80,8 +80,8 @@ function facts(track: Track, newest: Update | undefined, { clock, feed, store, v
     ["Speed", speed(track.speedMps, units, track.isSpeedUncertain), Number.isFinite(track.speedMps) ? `± ${speed(2 * track.velocitySigmaMps, units)}` : ""],
     ["Course over ground", heading(track.headingDeg), ""],
     ["Position", `${latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}`, `at ${utc(timeS)}, ${track.ageS.toFixed(0)} s after the last plot`],
-    ["Position sigma", distance(track.sigmaNowM, units), `then; ${distance(track.sigmaM, units)} at the last plot`],
-    ["Last plot", `${olderS === 0 ? `${track.ageS.toFixed(1)} s` : aged(track.ageS, olderS)} ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],
+    ["Position sigma", distance(track.sigmaNowM, units), `at that time; ${distance(track.sigmaM, units)} at the last plot`],
+    ["Last plot", `${olderS === 0 ? `${track.ageS.toFixed(1)} s` : aged(track.ageS, olderS)} ago`, newest === undefined ? "" : `from ${newest.sensor_id}`],
     ["Track number", String(track.id), ""],
   ];
   return html`<dl class="facts">${rows.map(([name, value, more]) => html`<dt>${name}</dt><dd>${value}${
@@ -113,16 +113,16 @@ function identity(track: Track, updates: readonly Update[]): TemplateResult {
     <dt>Callsign</dt><dd>${track.callsign ?? "not received"}</dd>
     <dt>Mode 3/A</dt><dd>${track.code ?? "not received"}</dd>
     <dt>Mode S address</dt><dd>${track.address ?? "not received"}</dd>
-    <dt>Addresses received</dt><dd>${heard.size === 0 ? `in no plot of ${HEARD_S} s` : others.length === 0
-      ? html`the same <small>by ${sources}</small>`
-      : others.map(([sensor, one]) => html`<strong class="alarm">${one.address} by ${sensor}, ${utc(one.timeS)}</strong> `)}</dd>
+    <dt>Addresses received</dt><dd>${heard.size === 0 ? `none in the last ${HEARD_S} s` : others.length === 0
+      ? html`the same <small>from ${sources}</small>`
+      : others.map(([sensor, one]) => html`<strong class="alarm">${one.address} from ${sensor}, ${utc(one.timeS)}</strong> `)}</dd>
     ${updates[updates.length - 1]?.adsb_implausible === true
-      ? html`<dt>ADS-B</dt><dd class="alarm">implausible: other sensors contradict it</dd>` : nothing}</dl></section>`;
+      ? html`<dt>ADS-B</dt><dd class="alarm">implausible: contradicted by other sensors</dd>` : nothing}</dl></section>`;
 }
 
 function life(found: readonly Transition[]): TemplateResult | typeof nothing {
   if (found.length === 0) return nothing;
-  return html`<section aria-label="History of the track"><h3>History of the track</h3><table><tbody>${found.slice(-TRANSITIONS_MAX).map((one) => html`<tr>
+  return html`<section aria-label="Track history"><h3>Track history</h3><table><tbody>${found.slice(-TRANSITIONS_MAX).map((one) => html`<tr>
     <th scope="row">${utc(one.time_s)}</th><td>${one.transition}</td><td>${said(one)}</td></tr>`)}</tbody></table></section>`;
 }
 
@@ -138,7 +138,7 @@ function absent(id: number, found: readonly Transition[], shownS: number): Templ
 
 const REASONS: Record<string, string> = {
   "new-identity": "new identity", "new-place": "new position", updates: "enough plots", likelihood: "likely an aircraft",
-  silent: "no plots", heard: "plot again", refused: "plots outside the gate", unconfirmed: "not confirmed in time",
+  silent: "no plots", heard: "new plot", refused: "plots outside the gate", unconfirmed: "not confirmed in time",
   unlikely: "likely clutter", merged: "duplicate",
 };
 

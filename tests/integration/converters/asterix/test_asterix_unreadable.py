@@ -102,7 +102,7 @@ def test_a_missing_file_is_reported_and_leaves_nothing(
             gzip.compress(block(48, plot_048(1.0)), mtime=0),
             "is gzip-compressed; decompress it first",
         ),
-        (b"These are no blocks. " * 99, "expected ASTERIX blocks, was text"),
+        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found text"),
         (b"", "no ASTERIX blocks found"),
         (b"\xcd" * 2200, "no ASTERIX blocks found"),
     ],

@@ -146,7 +146,7 @@ def test_sites_are_those_that_radars_state() -> None:
     assert stated_sites(survey) == {
         "20-130": InspectedSite(
             latitude_deg=47.0, longitude_deg=8.0, height_m=300.0,
-            source="item 034/120: to about 10 m, height above mean sea level",
+            source="item 034/120: accurate to about 10 m; height above mean sea level",
         )
     }  # fmt: skip
 

@@ -228,7 +228,7 @@ def test_a_very_long_row_is_not_parsed_and_affects_no_other(
     assert len(found.frame) == 2
     (rejected,) = found.rejected
     assert (rejected.index, rejected.code, rejected.raw) == (1, RejectCode.TOO_LARGE, row)
-    assert rejected.reason == f"expected a row of at most 65536 characters, was {len(row)}"
+    assert rejected.reason == f"expected a row of at most 65536 characters, found {len(row)}"
     assert max(parsed_lengths) <= text_module.ROW_CHARACTERS_MAX
 
 

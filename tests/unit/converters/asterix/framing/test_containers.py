@@ -209,7 +209,7 @@ def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
 def test_an_unknown_link_is_rejected_by_name(tmp_path: Path) -> None:
     whole = bytearray(pcap([(1.0, datagram(ONE))]))
     whole[20] = 147
-    with pytest.raises(LayoutError, match="was link type 147"):
+    with pytest.raises(LayoutError, match="found link type 147"):
         read(tmp_path, bytes(whole))
 
 

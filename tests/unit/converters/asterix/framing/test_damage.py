@@ -30,11 +30,11 @@ def test_a_recording_is_not_damaged() -> None:
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (RECORDING.hex().encode(), "was hexadecimal text"),
-        (RECORDING.hex(" ").encode(), "was hexadecimal text"),
-        (base64.encodebytes(RECORDING), "was text"),
-        (b"time;range;azimuth\n" * 20, "was text"),
-        (b"PAR1" + RECORDING, "was a Parquet table"),
+        (RECORDING.hex().encode(), "hexadecimal text"),
+        (RECORDING.hex(" ").encode(), "hexadecimal text"),
+        (base64.encodebytes(RECORDING), "text"),
+        (b"time;range;azimuth\n" * 20, "text"),
+        (b"PAR1" + RECORDING, "a Parquet table"),
         (RECORDING.replace(b"\n", b"\r\n"), "transfer in text mode"),
         (RECORDING.decode("latin-1").encode("utf-8"), "it is valid UTF-8"),
     ],

@@ -70,7 +70,7 @@ def test_a_recording_that_begins_inside_an_envelope_is_read_from_the_next(
     blocks = read(tmp_path, THREE[begin:])
     assert cut(blocks) == [TWO, NORTH]
     assert blocks.gaps == [
-        (0, len(ONE) + 12 - begin, "there is no envelope of the Final format at this position")
+        (0, len(ONE) + 12 - begin, "there is no Final format envelope at this position")
     ]
 
 
@@ -115,9 +115,7 @@ def test_a_recording_that_ends_inside_an_envelope_is_reported(tmp_path: Path) ->
     blocks = read(tmp_path, THREE[:-5])
     assert cut(blocks) == [ONE, TWO]
     last = len(NORTH) + 12
-    assert blocks.gaps == [
-        (len(THREE) - last, last - 5, "an envelope of Final format is truncated")
-    ]
+    assert blocks.gaps == [(len(THREE) - last, last - 5, "a Final format envelope is truncated")]
     assert blocks.cut == last
 
 

@@ -239,7 +239,7 @@ def test_a_time_long_before_the_reception_is_rejected() -> None:
     batch = decoder().decode(sent)
     (rejected,) = batch.rejected
     assert (rejected.code, batch.records["refused"].tolist()) == ("OUT_OF_RANGE", [1])
-    assert rejected.reason == "a time of day more than 3600 s before its reception"
+    assert rejected.reason == "a time of day more than 3600 s before reception"
     assert len(decoder(behind_max_s=5000.0).decode(sent).frame) == 1
 
 
@@ -249,7 +249,7 @@ def test_an_unknown_source_is_rejected_with_its_octets() -> None:
     batch = decoder().decode(sent)
     (rejected,) = batch.rejected
     assert (rejected.code, rejected.octets) == ("UNKNOWN_SENSOR", plot)
-    assert rejected.reason == "no sensor of the sensors file has this SAC and SIC: 3-7"
+    assert rejected.reason == "no sensor in the sensors file has this SAC and SIC: 3-7"
     assert rejected.offset == len(block(48, plot_048(43_200.0))) + 3
     assert len(batch.frame) == 1
 
@@ -382,7 +382,7 @@ def test_clocks_and_latencies_of_live_sensors_are_those_of_their_latest_messages
         sent = datagrams((NOON_S + number + 1.5, block(48, plot_048(time_s))))
         batch = one.decode(sent)
     assert batch.clocks["20-130"]["alarm"] == "clock"
-    assert "1.50 s behind their reception" in str(batch.clocks["20-130"]["reason"])
+    assert "1.50 s behind reception" in str(batch.clocks["20-130"]["reason"])
     for number in range(30, 600):
         time_s = 43_200.0 + number
         batch = one.decode(datagrams((NOON_S + number + 0.25, block(48, plot_048(time_s)))))
