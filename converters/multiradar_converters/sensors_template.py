@@ -21,9 +21,9 @@ _HEADER = """\
 # metres.
 """
 #: Source of the position of a sensor other than a radar.
-MIDDLE_OF_REPORTS = "centre of its reports, for the system plane"
+MIDDLE_OF_REPORTS = "centre of the reports, for the system plane"
 #: Origin of its local coordinates; where unknown, it is to be filled in.
-REFERENCE_POINT = "reference point of its local coordinates"
+REFERENCE_POINT = "reference point of the local coordinates"
 #: Width of a key and value before the comment.
 _WIDTH = 31
 _KILOMETRE_M = 1000.0
@@ -34,7 +34,7 @@ _SURFACE_NOISE = {"range_sigma_m": 10.0, "azimuth_sigma_deg": 0.3}
 _SURFACE_PRIOR_SIGMA = {"range_offset_m": 50.0, "azimuth_offset_deg": 1.0}
 
 #: Source of a scan period.
-FROM_PLOTS = "measured from its plots"
+FROM_PLOTS = "measured from the plots"
 
 
 @dataclass(frozen=True, slots=True)

@@ -215,7 +215,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         file("settings.toml", "epoch_s = 4\n"),
         (*TRACK, "--config", "settings.toml"),
         1,
-        ("line 1", "'epoch_s'; it belongs in [tracking]"),
+        ("line 1", "'epoch_s'; this setting belongs in [tracking]"),
     ),
     Mistake(
         "a misspelt key of a scenario",

@@ -122,8 +122,8 @@ def _check_date(file: str, batch: Batch, options: Options) -> None:
     if options.date is None or dates is None or options.date in dates:
         return
     msg = (
-        f"{file}: the file already contains the date {dates[0]}; omit --date or specify "
-        f"that date, was {options.date}"
+        f"{file}: the file already contains the date {dates[0]}, not {options.date}; omit "
+        "--date or specify that date"
     )
     raise LayoutError(msg)
 

@@ -73,7 +73,7 @@ Item = TypeVar("Item")
 
 _DAY_S = 86_400.0
 _DATED_FROM_S = 366 * _DAY_S
-_PLACE = re.compile(r", at octet \d+ of the block$|, after \d+ of its \d+ octets$")
+_PLACE = re.compile(r", at octet \d+ of the block$|, after \d+ of \d+ octets$")
 _BDS_CATEGORY, _BDS_ITEM, _BDS_OCTETS = 48, "250", 8
 
 

@@ -46,7 +46,7 @@ from multiradar_schemas.report import Counts
 
 #: Kinds in the order in which a name without its kind is assigned.
 _KINDS = ("radar", "mlat", "adsb")
-_STATUS, _STATED_REFERENCE = 19, "items 019/600, 610: reference point of its local coordinates"
+_STATUS, _STATED_REFERENCE = 19, "items 019/600, 610: reference point of the local coordinates"
 _STATED_SITE = "item 034/120: accurate to about 10 m; height above mean sea level"
 _REVOLUTION_DEG = 360
 _DATED_FROM_S = 366 * 86_400.0

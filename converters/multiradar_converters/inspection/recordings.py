@@ -102,7 +102,7 @@ def recording_kind(path: Path) -> str:
         # The reader of ASTERIX rejects compressed files.
         return "asterix"
     if path.name in ("plots.txt", "tracks.txt", "plots_ads.txt"):
-        msg = f"{path}: this file belongs to a text dump; specify its directory {path.parent}"
+        msg = f"{path}: this file belongs to a text dump; specify the directory {path.parent}"
         raise LayoutError(msg)
     return "adsb"
 

@@ -119,7 +119,7 @@ def _description(figures: SensorFigures, number: int) -> str:
         return "no plots; referenced by tracks only"
     if plots == 1:
         return f"1 plot, {'' if named else 'not '}referenced by tracks"
-    return f"{plots} plots, {named} of them referenced by tracks"
+    return f"{plots} plots, {named} referenced by tracks"
 
 
 def _counted(count: int, what: str) -> str:

@@ -152,7 +152,7 @@ class AccessSettings(Section):
             )
         if self.client_authority is not None and self.certificate is None:
             raise PydanticCustomError(
-                "pair", "Input should contain client_authority only if it contains a certificate"
+                "pair", "Input should contain client_authority only together with a certificate"
             )
         return self
 

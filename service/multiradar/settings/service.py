@@ -378,7 +378,7 @@ def _placed(mistake: str) -> str:
     homes = [name for name, section in _sections().items() if found[1] in section.model_fields]
     if not homes:
         return mistake
-    return f"{mistake[: found.end()]}; it belongs in [{'] or ['.join(homes)}]"
+    return f"{mistake[: found.end()]}; this setting belongs in [{'] or ['.join(homes)}]"
 
 
 def _check_environment(environment: Mapping[str, str]) -> None:

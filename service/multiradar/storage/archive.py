@@ -149,7 +149,7 @@ def archive_journal(
             or rows.digest_of(connection, end.sequence) != end.digest
         ):
             raise JournalError(
-                f"{folder}: its last entry, {end.sequence}, does not match entry {end.sequence} "
+                f"{folder}: the last entry, {end.sequence}, does not match entry {end.sequence} "
                 f"of {journal}; choose another archive"
             )
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
@@ -325,7 +325,7 @@ def restore_archive(
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)
         if written.digest(archived.last).hex() != archived.digest:
-            raise JournalError(f"{journal}: its last entry does not match the end of {folder}")
+            raise JournalError(f"{journal}: the last entry does not match the end of {folder}")
     finally:
         written.close()
     return archived

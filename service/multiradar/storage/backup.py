@@ -263,7 +263,7 @@ def read_backup(folder: Path) -> Backup:
             f"{path}: expected a backup of format {FORMAT_VERSION}, was {version}; use the "
             "multiradar version that created it"
         )
-    raise InputError(f"{path}: damaged: its SHA-256 does not match its content")
+    raise InputError(f"{path}: damaged: the SHA-256 does not match the content")
 
 
 def verify_backup(folder: Path, on_progress: Progress = lambda _done, _total: None) -> Verification:
@@ -283,7 +283,7 @@ def verify_backup(folder: Path, on_progress: Progress = lambda _done, _total: No
     except JournalError as error:
         return Verification(0, 0, 0, "", "", 0, (*damage, str(error)))
     if not damage and not found.damage and found.digest != listed.digest:
-        damage.append(f"{folder / DATABASE}: its last entry does not match {MANIFEST}")
+        damage.append(f"{folder / DATABASE}: the last entry does not match {MANIFEST}")
     return Verification(**asdict(found) | {"damage": (*damage, *found.damage)})
 
 
@@ -321,7 +321,7 @@ def _differing(folder: Path, listed: Backup) -> list[str]:
         if present.octets != expected.octets:
             found.append(f"{path}: expected {expected.octets} octets, was {present.octets}")
         elif present != expected:
-            found.append(f"{path}: damaged: its SHA-256 does not match {MANIFEST}")
+            found.append(f"{path}: damaged: the SHA-256 does not match {MANIFEST}")
     return found
 
 

@@ -92,7 +92,7 @@ def _read(path: Path) -> Overlay:
     except (OSError, ValueError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         if isinstance(error, RecursionError):
-            reason = "its lists are nested too deeply"
+            reason = "the lists are nested too deeply"
         return Overlay(path.stem, b"", 0, reason)
     return Overlay(path.stem, content, len(features), "")
 

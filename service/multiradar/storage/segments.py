@@ -81,7 +81,7 @@ class SegmentReader:
                 f"{header['format']}; use the multiradar version that wrote it"
             )
         if header["first"] != self._segment.first:
-            raise self._damaged(f"its name does not match entry {header['first']}")
+            raise self._damaged(f"the file name does not match entry {header['first']}")
         self.fingerprint, self.before = header["fingerprint"], bytes.fromhex(header["before"])
         digest = self.before
         while self._sequence <= self._segment.last:
@@ -96,7 +96,7 @@ class SegmentReader:
         last = json.loads(stream.readline(LINE_MAX))
         # To its end, so that the container is checked, too.
         if stream.read(1) or last["last"] != self._segment.last or last["digest"] != digest.hex():
-            raise self._damaged("its digest does not match its entries")
+            raise self._damaged("the digest does not match the entries")
         self.skipped = {int(one): reason for one, reason in last["skipped"].items()}
 
     def _damaged(self, how: str) -> JournalError:

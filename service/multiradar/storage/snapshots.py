@@ -168,7 +168,7 @@ class SnapshotFolder:
                 },
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise SnapshotError(f"{path.name}: its header is not a snapshot header") from error
+            raise SnapshotError(f"{path.name}: not a snapshot header") from error
 
     def read_rows(self, files: Sequence[RowFile]) -> NDArray[Any]:
         """Read the rows of a table; raises SnapshotError."""
@@ -262,17 +262,17 @@ def _read(path: Path, digest: str | None = None) -> tuple[dict[str, Any], list[N
         raise SnapshotError(f"{path.name}: {error.strerror}") from error
     begin = bytes(octets[:64]).partition(b"\n")[0]
     if not begin.startswith(_MAGIC):
-        raise SnapshotError(f"{path.name}: damaged: it does not start with a snapshot header")
+        raise SnapshotError(f"{path.name}: damaged: no snapshot header at the start")
     if begin != _MAGIC + b"%d" % FORMAT_VERSION:
         version = begin[len(_MAGIC) :].decode("ascii", "replace")
         raise SnapshotError(f"{path.name}: expected format {FORMAT_VERSION}, was {version}")
     whole, found = octets[:-_DIGEST_OCTETS], octets[-_DIGEST_OCTETS:].hex()
     if hashlib.sha256(whole).hexdigest() != found or digest not in (None, found):
-        raise SnapshotError(f"{path.name}: damaged: its SHA-256 does not match its content")
+        raise SnapshotError(f"{path.name}: damaged: the SHA-256 does not match the content")
     try:
         return _parsed(whole[len(begin) + 1 :])
     except (KeyError, TypeError, ValueError) as error:
-        raise SnapshotError(f"{path.name}: its header does not match its content") from error
+        raise SnapshotError(f"{path.name}: the header does not match the content") from error
 
 
 def _parsed(octets: memoryview) -> tuple[dict[str, Any], list[NDArray[Any]]]:

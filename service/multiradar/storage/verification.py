@@ -233,7 +233,7 @@ class _Check:
                 if found.intact and found.rejected > rejected and numbered:
                     numbered = places.fetchone() == (rejected + 1, found.sequence)
                     if not numbered:
-                        how = f"expected its rejected rows to start at {rejected + 1}"
+                        how = f"expected rejected rows starting at number {rejected + 1}"
                         self._name(rows.damaged(found.sequence, how))
                 if found.sequence % _STEP_ENTRIES == 0:
                     self._on_progress(found.sequence, head.sequence)
@@ -266,7 +266,7 @@ class _Check:
         first = before.sequence + 1
         if sequence < first:
             # Only before the first entry: they come in order.
-            self._name(rows.damaged(sequence, "it is marked as removed"))
+            self._name(rows.damaged(sequence, "marked as removed"))
             return before._replace(intact=False)
         if sequence != first:
             self._name(JournalError(f"{self._path}: {_missing(first, sequence - 1)}"))
@@ -315,7 +315,7 @@ class _Check:
             # Removed entries were on disk: after a power failure the tip may be of one before.
             removed = tip.sequence < rows.base(connection).sequence
             if not removed and rows.digest_of(connection, tip.sequence) != tip.digest:
-                raise rows.damaged(tip.sequence, "it differs from the acknowledged entry")
+                raise rows.damaged(tip.sequence, "different from the acknowledged entry")
 
     def _check_position(
         self, connection: sqlite3.Connection, rows: JournalRows, head: Head, name: str,
@@ -323,9 +323,11 @@ class _Check:
     ) -> None:  # fmt: skip
         with self._noting():
             if position.sequence > head.sequence:
-                how = f"it refers to entry {position.sequence}, which is not in the journal"
+                how = (
+                    f"the snapshot refers to entry {position.sequence}, which is not in the journal"
+                )
             elif rows.digest_of(connection, position.sequence) != position.digest:
-                how = f"it belongs to another journal: entry {position.sequence} differs"
+                how = f"the snapshot belongs to another journal: entry {position.sequence} differs"
             else:
                 return
             raise JournalError(f"{SnapshotFolder(self._path).path}: {name}: {how}")

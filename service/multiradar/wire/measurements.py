@@ -209,7 +209,7 @@ _GATES = (
     Gate(
         RejectCode.UNKNOWN_KIND,
         "kind",
-        "a kind that its sensor measures",
+        "a kind that the sensor measures",
         # A radar without range, for example under jamming, still measures bearings.
         (pl.col(_KIND) != pl.col(_SENSOR_KIND))
         & ~((pl.col(_KIND) == KIND_BEARING) & (pl.col(_SENSOR_KIND) == KIND_RADAR)),
@@ -217,7 +217,7 @@ _GATES = (
     Gate(
         RejectCode.OUT_OF_RANGE,
         "range_m",
-        "a range within the instrumented range of its sensor",
+        "a range within the instrumented range of the sensor",
         (pl.col(_KIND) == KIND_RADAR) & (pl.col("range_m") > pl.col(_RANGE_END)),
     ),
 )

@@ -149,7 +149,7 @@ def test_an_unavailable_address_is_reported(serving: Callable[..., Application])
 
 
 def test_an_unknown_edition_is_reported(serving: Callable[..., Application]) -> None:
-    with pytest.raises(ConfigurationError, match=r"asterix\.editions: expected an edition"):
+    with pytest.raises(ConfigurationError, match=r"asterix\.editions: expected a known edition"):
         serving({"port": 0}, editions=["048=9.9"])
 
 

@@ -139,7 +139,7 @@ def test_snapshots_over_several_lines_are_bounded(
     (tmp_path / "feed").write_bytes(FORMS["snapshots"])
     status = run(["convert", "adsb", str(tmp_path / "feed"), "--out", str(tmp_path / "out")])
     assert status == EXIT_FAILED
-    assert "write each on a line (jq -c .)" in capsys.readouterr().err
+    assert "write one snapshot per line (jq -c .)" in capsys.readouterr().err
 
 
 def test_an_inspection_knows_feeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

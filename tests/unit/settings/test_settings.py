@@ -225,7 +225,7 @@ def test_all_mistakes_of_a_file_are_reported_with_their_lines(file: Path) -> Non
         load_settings(file)
     assert fault.value.source == str(file)
     assert [one.partition("; known")[0] for one in fault.value.mistakes] == [
-        "line 1: unknown setting 'epoch_s'; it belongs in [tracking]",
+        "line 1: unknown setting 'epoch_s'; this setting belongs in [tracking]",
         "line 4: tracking: unknown setting 'epochs' (did you mean 'epoch_s'?)",
         "line 7: server.port: expected a number from 0 to 65535, was -1",
     ]

@@ -178,7 +178,7 @@ def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
 def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "other" / "journal.sqlite"
     _written(other, 60, size=901).close()
-    with pytest.raises(JournalError, match="its last entry, 42, does not match entry 42 of"):
+    with pytest.raises(JournalError, match="the last entry, 42, does not match entry 42 of"):
         archive_journal(other, folder)
     own = tmp_path / "own"
     archive_journal(other, own, segment_octets=OCTETS)
@@ -190,7 +190,9 @@ def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) ->
 def test_a_renamed_segment_is_damage(folder: Path) -> None:
     second = segments_of(folder)[1].path
     second.rename(second.with_name("000000000006-000000000008.segment.xz"))
-    assert any("its name does not match entry 5" in one for one in verify_archive(folder).damage)
+    assert any(
+        "the file name does not match entry 5" in one for one in verify_archive(folder).damage
+    )
 
 
 @pytest.mark.parametrize(("old", "new"), [(rb"\Z", b" "), (rb'"last": ?\d+', b'"last": 99')])
@@ -201,7 +203,7 @@ def test_a_segment_with_another_end_is_damaged(folder: Path, old: bytes, new: by
     changed, count = re.subn(old, new, content[end:], count=1)
     assert count == 1
     segment.path.write_bytes(lzma.compress(content[:end] + changed))
-    assert "its digest does not match its entries" in verify_archive(folder).damage[0]
+    assert "the digest does not match the entries" in verify_archive(folder).damage[0]
 
 
 def test_a_damaged_journal_is_not_sealed(path: Path, tmp_path: Path) -> None:

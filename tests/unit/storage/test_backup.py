@@ -198,7 +198,7 @@ def test_every_damaged_file_of_a_backup_is_named(tmp_path: Path, name: str) -> N
     (file,) = out.rglob(name)
     content = file.read_bytes()
     _flip(file, len(content) // 2)
-    assert f"{file}: damaged: its SHA-256 does not match" in verify_backup(out).damage[0]
+    assert f"{file}: damaged: the SHA-256 does not match" in verify_backup(out).damage[0]
     file.write_bytes(content[:-5])
     damage = verify_backup(out).damage[0]
     assert f"{file}: expected {len(content)} octets, was {len(content) - 5}" in damage

@@ -95,10 +95,10 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
             ["entries 9 to 11 of the journal are missing"],
         ),
         ("DELETE FROM entry WHERE sequence > 35", ["entry 36 of the journal is damaged: the entr"]),
-        ("UPDATE head SET accepted = 1", ["its counts do not match the entries"]),
-        ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: it is not the"]),
-        ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows to start at 1"]),
-        ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: its checks"]),
+        ("UPDATE head SET accepted = 1", ["the counts do not match the entries"]),
+        ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: not the last"]),
+        ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows starting at number 1"]),
+        ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: the checks"]),
         ("DELETE FROM head", ["expected one journal head,"]),
         ("DELETE FROM header", ["expected one journal header"]),
     ],
@@ -171,13 +171,13 @@ def test_a_snapshot_of_another_journal_is_named(path: Path) -> None:
     _written(other, 20, size=901).close()
     SnapshotFolder(path).path.rename(SnapshotFolder(other).path)
     (damage,) = verify_journal(other).damage
-    assert "it refers to entry 30, which is not in the journal" in damage
+    assert "the snapshot refers to entry 30, which is not in the journal" in damage
     longer = path.with_name("longer") / path.name
     longer.parent.mkdir()
     _written(longer, ENTRIES, size=901).close()
     SnapshotFolder(other).path.rename(SnapshotFolder(longer).path)
     (damage,) = verify_journal(longer).damage
-    assert "it belongs to another journal: entry 30 differs" in damage
+    assert "the snapshot belongs to another journal: entry 30 differs" in damage
 
 
 def test_damage_of_the_log_is_named_with_its_frame(tmp_path: Path) -> None:

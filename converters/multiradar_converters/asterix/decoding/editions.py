@@ -159,7 +159,8 @@ def parse_editions(texts: list[str]) -> Editions:
             layout = layout_of(int(category), edition)
         except KeyError as error:
             known = [name for one in layouts_of(int(category)) for name in one.editions]
-            msg = f"edition: expected {' or '.join(known) or 'a known category'}, was {text!r}"
+            wanted = f"a known edition ({', '.join(known)})" if known else "a known category"
+            msg = f"expected {wanted}, was {text!r}"
             raise ProfileError(msg) from error
         editions.chosen[int(category), source] = layout
     return editions

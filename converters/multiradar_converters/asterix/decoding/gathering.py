@@ -161,7 +161,7 @@ def _mark_truncated(gathered: Gathered) -> None:
     if blocks.cut:
         number = len(gathered.broken) - 1
         what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
-        of_all = f"{gathered.broken[number].octets} of its {blocks.cut} octets"
+        of_all = f"{gathered.broken[number].octets} of {blocks.cut} octets"
         _truncate(gathered, number, f"the file ends inside {what}, after {of_all}")
 
 

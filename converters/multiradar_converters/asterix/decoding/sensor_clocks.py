@@ -205,20 +205,24 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
         if not least_s > LATE_MAX_S:
             return None
         return LATENCY_ALARM, (
-            f"even its fastest reports arrive {_duration(least_s)} after their time stamps, "
-            f"its service messages after {_duration(abs(offset_s))}: check its processing and "
-            "network"
+            f"even the fastest reports arrive {_duration(least_s)} after their time stamps, "
+            f"but service messages after {_duration(abs(offset_s))}: check the processing and "
+            "network of the sensor"
         )
     way = "ahead of" if offset_s > 0.0 else "behind"
-    said = f"its time stamps are at least {_duration(abs(offset_s))} {way} reception"
+    said = f"time stamps are at least {_duration(abs(offset_s))} {way} reception"
     if zone := _zone(offset_s):
-        why = f"probably local time, {zone / 3600.0:+g} h from UTC; set its clock to UTC"
+        why = f"probably local time, {zone / 3600.0:+g} h from UTC; set the sensor clock to UTC"
     elif scale := _scale(offset_s):
-        why = f"probably {scale} time, {_SCALES[scale]:.0f} s ahead of UTC; set its clock to UTC"
+        ahead = f"{_SCALES[scale]:.0f} s ahead of UTC"
+        why = f"probably {scale} time, {ahead}; set the sensor clock to UTC"
     elif offset_s > 0.0:
-        why = "its clock is fast or the receiver's is slow; synchronise both"
+        why = "the sensor clock is fast or the receiver clock is slow; synchronise both clocks"
     else:
-        why = "its clock is slow, the receiver's is fast, or its data are delayed; synchronise both"
+        why = (
+            "the sensor clock is slow, the receiver clock is fast, or the data are delayed; "
+            "synchronise both clocks"
+        )
     return CLOCK_ALARM, f"{said}: {why}"
 
 

@@ -156,7 +156,8 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
         if isinstance(translated, Exception) or count != stored.entry.accepted:
             raise JournalError(
                 f"journal entry {stored.sequence}: expected {stored.entry.accepted} accepted "
-                f"measurements, found {count}; it was written by a version with different rules"
+                f"measurements, found {count}; the entry was written by a version with "
+                "different rules"
             )
         entry = stored.entry
         found.append(

@@ -27,8 +27,8 @@ CODES = (
 )  # fmt: skip
 #: Why a standby accepts no measurements.
 IS_STANDBY = (
-    "this service is the standby: it follows the journal of the primary, and takes over when the "
-    "primary stops; send measurements to the primary"
+    "this service is the standby: the service follows the journal of the primary, and takes over "
+    "when the primary stops; send measurements to the primary"
 )
 
 #: Rows and failed writes count for so long, s.
@@ -176,7 +176,7 @@ class LastMinute:
         ((code, count),) = codes.most_common(1)
         return Reason(
             ALL_REJECTED,
-            f"all {codes.total()} measurements of the last minute were rejected, {count} of them "
+            f"all {codes.total()} measurements in the last minute were rejected, {count} of them "
             f"as {code}: see /v1/rejects",
         )
 

@@ -242,7 +242,7 @@ class Snapshots:
     def _require_space(self, space: Space | None, octets: int) -> None:
         if space is not None and space.free_bytes - octets < self._free_bytes_min:
             raise SnapshotError(
-                f"it needs {octets / 1e6:.0f} MB, but the journal disk has only "
+                f"the snapshot needs {octets / 1e6:.0f} MB, but the journal disk has only "
                 f"{space.free_bytes / 1e6:.0f} MB left; free some space"
             )
 
@@ -338,9 +338,13 @@ class Snapshots:
         kinds = {name: type(one) for name, one in holders.items()}
         _check_whole(snapshot, _key(self._key, _until(skipped, sequence), kinds))
         if sequence > journal.counts().entries:
-            raise SnapshotError(f"it refers to entry {sequence}, which is not in the journal")
+            raise SnapshotError(
+                f"the snapshot refers to entry {sequence}, which is not in the journal"
+            )
         if journal.digest(sequence) != digest:
-            raise SnapshotError(f"it belongs to another journal: entry {sequence} differs")
+            raise SnapshotError(
+                f"the snapshot belongs to another journal: entry {sequence} differs"
+            )
 
 
 def open_snapshots(
@@ -420,7 +424,7 @@ def usable_snapshots(
 def _check_whole(snapshot: Snapshot, expected: Mapping[str, str]) -> None:
     other = [name for name in expected if snapshot.key.get(name) != expected[name]]
     if other:
-        raise SnapshotError(f"it differs from this service in: {', '.join(other)}")
+        raise SnapshotError(f"the snapshot differs from this service in: {', '.join(other)}")
     for name, files in snapshot.tables.items():
         ends = [file.end for file in files]
         if not files or ends[:-1] != [file.first for file in files[1:]]:

@@ -80,7 +80,7 @@ class Parameter:
         # Written so that NaN fails.
         elif self.above is not None:
             if not self.above < value <= self.most:
-                reason = f"expected above {self.above:g} and at most {self.most:g}, was {value}"
+                reason = f"expected more than {self.above:g} and at most {self.most:g}, was {value}"
                 raise ForecastError(self.name, reason)
         elif not self.least <= value <= self.most:
             reason = f"expected {self.least:g} to {self.most:g}, was {value}"

@@ -264,7 +264,7 @@ class HistoryWriter:
 # In words for clients, who must not learn a path of this host.
 def _reason(error: Exception) -> str:
     if is_full(error):
-        return "its disk is full; free some space, or lower history.octets"
+        return "the history disk is full; free some space, or lower history.octets"
     if isinstance(error, ConfigurationError):
-        return "it belongs to another journal; choose another folder"
-    return "it cannot be written; see the log"
+        return "the history belongs to another journal; choose another folder"
+    return "the history folder cannot be written; see the log"

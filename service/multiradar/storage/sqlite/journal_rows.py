@@ -131,7 +131,7 @@ class JournalRows:
             # A column has a type other than the written one.
             intact = False
         if not intact:
-            raise self.damaged(sequence, "its digest does not match its content")
+            raise self.damaged(sequence, "the digest does not match the content")
         return StoredEntry(sequence, columns.entry(), digest)
 
     def one(self, connection: sqlite3.Connection, sequence: int) -> StoredEntry:
@@ -212,7 +212,7 @@ class JournalRows:
             # A column has a type other than the written one.
             intact = False
         if not intact:
-            raise self.damaged(sequence, "its key does not match its digest")
+            raise self.damaged(sequence, "the key does not match the digest")
         return StoredEntry(sequence, columns.entry(), digest)
 
     def check_end(self, head: Head, sequence: int, digest: bytes) -> None:
@@ -220,12 +220,12 @@ class JournalRows:
         if sequence < head.sequence:
             raise self.damaged(sequence + 1, "the entry is missing")
         if sequence > head.sequence or digest != head.digest:
-            raise self.damaged(sequence, "it is not the last entry written")
+            raise self.damaged(sequence, "not the last entry written")
 
     def check_counts(self, head: Head, accepted: int, rejected: int) -> None:
         """Raise JournalError if the rows of all entries are not those in the head."""
         if (accepted, rejected) != (head.accepted, head.rejected):
-            raise self.damaged(head.sequence, "its counts do not match the entries")
+            raise self.damaged(head.sequence, "the counts do not match the entries")
 
     def head(self, connection: sqlite3.Connection) -> Head:
         """Return the end of the journal."""
@@ -244,7 +244,7 @@ class JournalRows:
         ).fetchall()
         for sequence, reason, digest in marks:
             if mark_digest(sequence, reason) != digest:
-                raise self.damaged(sequence, "its checksum does not match")
+                raise self.damaged(sequence, "the checksum does not match")
         return {sequence: reason for sequence, reason, _ in marks}
 
     def _absent(self, connection: sqlite3.Connection, sequence: int) -> JournalError:

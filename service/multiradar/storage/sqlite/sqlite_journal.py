@@ -224,7 +224,7 @@ class SqliteJournal:
                 stored = self._rows.one(self._reader, sequence)
                 if first != number or not stored.entry.rejects:
                     raise self._rows.damaged(
-                        sequence, f"expected its rejected rows to start at {number}"
+                        sequence, f"expected rejected rows starting at number {number}"
                     )
                 found.extend(_numbered(stored, first))
                 number = first + len(stored.entry.rejects)

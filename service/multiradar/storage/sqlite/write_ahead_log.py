@@ -53,7 +53,7 @@ def log_damage(path: Path) -> str | None:
             header = _header(begin)
             if header is None:
                 # It is on disk before the first frame is written.
-                return "its header is invalid"
+                return "the header is invalid"
             frames = _frames(stream, header)
     except FileNotFoundError:
         return None

@@ -68,7 +68,7 @@ def test_a_radar_whose_clock_is_off_raises_an_alarm(
         ("20-130", "clock")
     ]
     output = capsys.readouterr()
-    assert "20-130: its time stamps are at least 59.98 s ahead of reception" in output.err
+    assert "20-130: time stamps are at least 59.98 s ahead of reception" in output.err
     assert "20-131" not in output.err
     assert "for 2 sensors; see report.json for each sensor" in output.out
 

@@ -178,7 +178,7 @@ def test_a_plot_without_any_time_is_rejected(tmp_path: Path) -> None:
     (one,) = rejects(out := converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED))
     assert rows(out) == []
     assert one.code == "MISSING_FIELD"
-    assert "only the time modulo 512 s" in one.reason
+    assert "only a time modulo 512 s" in one.reason
 
 
 def test_a_plot_without_a_time_needs_the_scan_period(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_a_plot_without_a_time_needs_the_scan_period(tmp_path: Path) -> None:
     whole = north_mark(100.0) + block(1, plot_001(None, azimuth_deg=90.0))
     out = converted(tmp_path, whole, status=EXIT_FAILED)
     (one,) = rejects(out)
-    assert "the antenna passage" in one.reason
+    assert "the antenna position" in one.reason
     sensors = tmp_path / "sensors.toml"
     sensors.write_text(
         '[[sensor]]\nkind = "radar"\nsac = 20\nsic = 130\nlatitude_deg = 39.0\n'

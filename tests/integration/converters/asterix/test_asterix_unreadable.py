@@ -42,7 +42,7 @@ def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     whole = gps([(1.0, first), (2.0, second)]) if recorder else first + second
     missing = 5 + (10 if recorder else 0)
     out = converted(tmp_path, whole[:-missing], status=EXIT_FAILED)
-    inside = f"the file ends inside a block: {len(second) - 5} of its {len(second)} octets"
+    inside = f"the file ends inside a block, after {len(second) - 5} of {len(second)} octets"
     assert capsys.readouterr().err == (
         f"multiradar: recording: {inside}; probably truncated during copying; the readable part "
         f"is in {out}\n"
@@ -58,7 +58,7 @@ def test_final_format_that_ends_inside_an_envelope_is_reported_and_read_up_to_it
 ) -> None:
     whole = final_format([(float(k), block(48, plot_048(float(k)))) for k in range(3)])
     out = converted(tmp_path, whole[:-6], status=EXIT_FAILED)
-    assert "the file ends inside an envelope: " in capsys.readouterr().err
+    assert "the file ends inside an envelope, after " in capsys.readouterr().err
     assert pl.read_parquet(out / "measurements.parquet")["time_s"].to_list() == [0.0, 1.0]
     assert last_reject(out).code == "TRUNCATED"
 

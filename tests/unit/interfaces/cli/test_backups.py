@@ -126,7 +126,7 @@ def test_damage_is_named_with_status_1_and_nothing_is_written(
     ):
         assert run(arguments) == 1
         shown = capsys.readouterr()
-        assert "entry 2 of the journal is damaged: its digest does not match" in shown.err
+        assert "entry 2 of the journal is damaged: the digest does not match" in shown.err
         assert "Traceback" not in shown.err
         assert not shown.out
         assert not broken.exists()

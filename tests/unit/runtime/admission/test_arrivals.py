@@ -101,4 +101,4 @@ def test_the_status_shows_the_delays_and_warns(start: Starter) -> None:
     assert isinstance(warnings, list)
     assert arrivals["41-20"]["late"] == 100
     assert [sentence[:5] for sentence in warnings] == ["41-20", "41-20"]
-    assert "its clock" in warnings[1]
+    assert "sensor clock" in warnings[1]

@@ -220,12 +220,12 @@ def _other_rows(_path: Path, rows: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (_flip, "damaged: its SHA-256 does not match"),
-        (_cut, "damaged: its SHA-256 does not match"),
-        (lambda path, _: path.write_bytes(b""), "damaged: it does not start"),
+        (_flip, "damaged: the SHA-256 does not match"),
+        (_cut, "damaged: the SHA-256 does not match"),
+        (lambda path, _: path.write_bytes(b""), "damaged: no snapshot header"),
         (_newer, "expected format 1, was 2"),
         (_no_rows, "No such file"),
-        (_other_rows, "damaged: its SHA-256 does not match"),
+        (_other_rows, "damaged: the SHA-256 does not match"),
     ],
 )
 def test_a_damaged_snapshot_is_named_and_the_one_before_used(

@@ -64,10 +64,10 @@ def test_it_is_named_and_costs_the_others_nothing() -> None:
         assert status["rejected_by_code"] == {"RATE_EXCEEDED": rejected.total()}
         assert status["arrivals"][STORM]["excess"] == rejected.total()  # type: ignore[index]
         assert status["sensor_alarms"] == {STORM: ["storm"]}
-        (sentence,) = [one for one in status["warnings"] if "deliver" in one]  # type: ignore[attr-defined]
+        (sentence,) = [one for one in status["warnings"] if "per second" in one]  # type: ignore[attr-defined]
         assert sentence == (
-            "41-10: it delivers more than 10 measurements per second (plots_per_scan_max), and the "
-            "excess is rejected: check the sensor, and whether another sender uses its name"
+            "41-10: more than 10 measurements per second (plots_per_scan_max); the "
+            "excess is rejected: check the sensor, and whether another sender uses the same name"
         )
         words = {one["id"]: one["storm"] for one in service.view.sensors()}
         assert words.pop(STORM) in sentence
@@ -110,7 +110,7 @@ def test_below_its_rate_it_is_named_for_the_tracks_that_it_initiates() -> None:
         assert status["engine"]["NO_ROOM"] > 50  # type: ignore[index]
         assert status["sensor_alarms"][STORM] == ["storm"]  # type: ignore[index]
         (sentence,) = [one for one in status["warnings"] if "tentative" in one]  # type: ignore[attr-defined]
-        assert sentence.startswith("41-10: it has reached its limit of 10 tentative tracks")
+        assert sentence.startswith("41-10: limit of 10 tentative tracks")
     finally:
         service.stop()
 

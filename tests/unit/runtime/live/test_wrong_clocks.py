@@ -52,8 +52,8 @@ def test_it_is_named_and_costs_the_others_nothing(offset_s: float, live: bool) -
         assert len(rejected) > 100
         status = settled(service)
         assert status["sensor_alarms"][WRONG][-1:] == ["clock"]  # type: ignore[index]
-        (sentence,) = [one for one in status["warnings"] if "its clock" in one]  # type: ignore[attr-defined]
-        assert sentence.startswith(f"{WRONG}: its time stamps are ")
+        (sentence,) = [one for one in status["warnings"] if "sensor clock" in one]  # type: ignore[attr-defined]
+        assert sentence.startswith(f"{WRONG}: time stamps are ")
         assert ("ahead of" in sentence) == (offset_s > 0.0)
         leads = {one["id"]: one["clock_lead_s"] for one in service.view.sensors()}
         assert leads.pop(WRONG) == pytest.approx(offset_s, abs=2.0)

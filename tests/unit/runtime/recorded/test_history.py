@@ -274,7 +274,7 @@ def test_a_full_disk_stops_the_history_with_an_alarm_and_not_the_service(tmp_pat
         wait_until(lambda: HISTORY_STOPPED in service.view.status()["alarms"], "the alarm")
         status = settled(service)
         assert status["accepted"] == 1000
-        assert any("its disk is full; free some space" in one for one in status["warnings"])  # type: ignore[attr-defined]
+        assert any("the history disk is full; free some space" in one for one in status["warnings"])  # type: ignore[attr-defined]
     assert site.rows() == {}
 
 

@@ -6,7 +6,7 @@ from multiradar.estimation.measurement.plot_rates import plots_per_scan_max
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import Admission
 
-_CHECK = "check the sensor, and whether another sender uses its name"
+_CHECK = "check the sensor, and whether another sender uses the same name"
 
 
 class SensorAlarms:
@@ -39,29 +39,29 @@ class SensorAlarms:
     def storms(self) -> dict[str, str]:
         """Return a sentence for each sensor that delivers more than it can."""
         found = {
-            sensor_id: f"it has reached its limit of {self._tracks_max[sensor_id]:.0f} tentative "
-            f"tracks (plots_per_scan_max), and cannot initiate more: {_CHECK}"
+            sensor_id: f"limit of {self._tracks_max[sensor_id]:.0f} tentative tracks "
+            f"(plots_per_scan_max) reached; no more are initiated: {_CHECK}"
             for sensor_id in self._saturated()
         }
         if self.admission is None:
             return found
         for sensor in self.admission.storms():
             found[self._sensors.ids[sensor]] = (
-                f"it delivers more than {self.admission.rate_per_s(sensor):.0f} measurements per "
-                f"second (plots_per_scan_max), and the excess is rejected: {_CHECK}"
+                f"more than {self.admission.rate_per_s(sensor):.0f} measurements per second "
+                f"(plots_per_scan_max); the excess is rejected: {_CHECK}"
             )
         return dict(sorted(found.items()))
 
     def warnings(self) -> list[str]:
         """Return a sentence for each of them."""
         clocks = [
-            f"{sensor_id}: its time stamps are {abs(lead_s):g} s "
-            f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and its measurements are "
-            "rejected; check its clock, or the delay of its data"
+            f"{sensor_id}: time stamps are {abs(lead_s):g} s "
+            f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and the measurements are "
+            "rejected; check the sensor clock, or the delay of the data"
             for sensor_id, lead_s in self.clock_leads().items()
         ]
         disabled = [
-            f"{sensor_id}: disabled in the sensors file or by an operator; its measurements are "
+            f"{sensor_id}: disabled in the sensors file or by an operator; all measurements are "
             "rejected"
             for sensor_id, off in zip(self._sensors.ids, self._sensors.disabled, strict=True)
             if off
