@@ -123,8 +123,8 @@ def test_the_words_of_estimation_are_explained_where_they_stand(page: Page, air:
         == "–"
     )
     page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
-    why = page.get_by_role("region", name="Why is it here?")
-    expect(why).to_contain_text("Weight: how much of the position comes from this sensor.")
+    why = page.get_by_role("region", name="Contributing sensors")
+    expect(why).to_contain_text("Weight: the sensor's relative influence on the position.")
 
 
 def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Air) -> None:
@@ -490,6 +490,6 @@ def test_duplicate_plots_and_repeated_messages_are_named_apart(page: Page, air: 
     opened(page, air, "/#tab=system")
     system = page.locator("#system")
     expect(system).to_contain_text("DUPLICATE 2")
-    expect(system).to_contain_text("duplicates of others (DUPLICATE)")
+    expect(system).to_contain_text("duplicates of other plots (DUPLICATE)")
     expect(system.locator("dt", has_text="Duplicate (repeated messages)")).to_have_count(1)
     expect(system.locator("dt", has_text="Duplicates")).to_have_count(0)

@@ -94,7 +94,7 @@ def test_arrows_select_in_the_table_and_on_the_map_and_enter_opens_the_sheet(pag
     expect(page.get_by_role("tab", name="Track", exact=True)).to_have_attribute(
         "aria-selected", "true"
     )
-    expect(page.locator("#sheet").get_by_text("Why is it here?")).to_be_visible()
+    expect(page.locator("#sheet").get_by_text("Contributing sensors")).to_be_visible()
 
 
 def test_the_least_certain_track_is_first_by_sigma_and_named(page: Page) -> None:
@@ -229,9 +229,9 @@ def test_the_sheet_says_why_the_track_is_where_it_is(page: Page, air: Air) -> No
     with clients.client(air.url) as client:
         answer = client.get(f"/v1/tracks/{track}/plots?window_s=60").json()
     sensors = {one["sensor_id"] for one in answer["plots"]}
-    why = page.get_by_role("region", name="Why is it here?")
+    why = page.get_by_role("region", name="Contributing sensors")
     expect(
-        why.get_by_text(f"{len(answer['plots'])} plots of {len(sensors)} sensors")
+        why.get_by_text(f"{len(answer['plots'])} plots from {len(sensors)} sensors")
     ).to_be_visible()
     shown = why.locator("table").first.locator("tbody tr")
     expect(shown).to_have_count(len(sensors))

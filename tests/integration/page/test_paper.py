@@ -37,7 +37,7 @@ def test_the_print_is_light_and_one_page(page: Page, air: Air) -> None:
     # A4 at 96 dots per inch, less the margins.
     page.set_viewport_size({"width": 703, "height": 1032})
     page.emulate_media(media="print")
-    for part in ("#map", "#sheet .name", "#sheet section[aria-label='Why is it here?'] table"):
+    for part in ("#map", "#sheet .name", "#sheet section[aria-label='Contributing sensors'] table"):
         box = page.locator(part).first.bounding_box()
         assert box is not None
         assert box["y"] + box["height"] <= 1032.0

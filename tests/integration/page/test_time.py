@@ -96,7 +96,7 @@ def test_the_history_has_uncertainty_forecasts_encounters_and_sheets_of_then(
     settled(page, "window.multiradar.selection.forecast.length > 3")
     points = page.evaluate("window.multiradar.selection.forecast.map((one) => one.timeS)")
     assert abs(points[0] - then_s) < 5.0
-    why = page.get_by_role("region", name="Why is it here?")
+    why = page.get_by_role("region", name="Contributing sensors")
     expect(why.get_by_text("in the last minute")).to_be_visible()
     why.get_by_text("Individual plots").click()
     newest = why.locator("details tbody td").first.inner_text()

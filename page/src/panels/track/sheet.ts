@@ -49,7 +49,7 @@ function draw(app: App): TemplateResult {
     ${facts(track, updates[updates.length - 1], app)}
     ${motion(updates[updates.length - 1])}
     ${identity(track, updates)}
-    <section aria-label="Why is it here?"><h3>Why is it here?</h3>${
+    <section aria-label="Contributing sensors"><h3>Contributing sensors</h3>${
       used === null ? html`<p class="hint">${plots.problem || "Loading the plots…"}</p>` : contributions(used, app)}</section>
     <section aria-label="Level and speed"><h3>Level and speed, last ten minutes</h3>${profile(updates, view.units)}</section>
     <section aria-label="Innovations by sensor"><h3>Innovations by sensor</h3>${used === null ? nothing : residuals(used.plots, app)}</section>

@@ -191,7 +191,7 @@ ${i.join(`
     ${zk(r,c[c.length-1],n)}
     ${Uk(c[c.length-1])}
     ${jk(r,c)}
-    <section aria-label="Why is it here?"><h3>Why is it here?</h3>${l===null?R`<p class="hint">${jv.problem||"Loading the plots\u2026"}</p>`:Q_(l,n)}</section>
+    <section aria-label="Contributing sensors"><h3>Contributing sensors</h3>${l===null?R`<p class="hint">${jv.problem||"Loading the plots\u2026"}</p>`:Q_(l,n)}</section>
     <section aria-label="Level and speed"><h3>Level and speed, last ten minutes</h3>${Lx(c,e.units)}</section>
     <section aria-label="Innovations by sensor"><h3>Innovations by sensor</h3>${l===null?V:Ox(l.plots,n)}</section>
     ${Vv(a)}`}function Gk(n,{actions:t}){let e=n.onGround?`${n.state}, on the ground`:n.state;return R`<div class="head"><div><strong class="name">${dn(n)}</strong>
