@@ -8,12 +8,13 @@ from pydantic.config import JsonDict
 
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import number
+from multiradar.runtime.stream.region_marks import FIELDS
 from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.measurements.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG
 from multiradar_schemas.products.track import TRACK_SCHEMA
 
-#: Columns of a live track: those of `tracks.parquet`, and the age of the track.
-TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")
+#: Columns of a live track: those of `tracks.parquet`, the age of the track, and those of regions.
+TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s", *FIELDS)
 
 _MODE_S = re.compile(r"[0-9a-fA-F]{6}")
 _MODE_3A = re.compile(r"[0-7]{4}")

@@ -46,6 +46,7 @@ _ALARMS = {
     "disk_nearly_full": "1 if the journal disk is at least 90 % full (disk_nearly_full_share)",
     "history_stopped": "1 if the history is not being written to disk",
     "history_incomplete": "1 if history rows have been lost since the service started",
+    "region_silent": "1 if a neighbouring region sends no messages",
 }
 
 

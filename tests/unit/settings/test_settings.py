@@ -275,3 +275,34 @@ def test_two_feeds_of_one_name_are_reported(file: Path) -> None:
     file.write_text('[[feeds.source]]\nurl = "tcp://a:1"\nname = "x"\n' * 2)
     with pytest.raises(ConfigurationError, match="each source name once, found x twice"):
         load_settings(file)
+
+
+_REGION = "[region]\nname = 'west'\nlatitude_deg = 49.0\nlongitude_deg = 8.0\n"
+_EAST = "[[region.neighbours]]\nname = 'east'\nlatitude_deg = 49.0\nlongitude_deg = 14.0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[region]\nmargin_m = 1.0\n", "the name of this region"),
+        ("[region]\nname = 'west'\n", "its centre"),
+        (_REGION, "at least one of [[region.neighbours]]"),
+        (_REGION + _EAST.replace("east", "west"), "a name for each region, was twice west"),
+        (_REGION + _EAST + _EAST, "a name for each region, was twice east"),
+        (_REGION + _EAST.replace("14.0", "8.0"), "those of west and east are the same"),
+        (_REGION + "margin_m = -1.0\n" + _EAST, "margin_m: expected a number of at least 0"),
+        (_REGION + "silence_s = 1.5\n" + _EAST, "silence_s of at least two periods"),
+    ],
+)
+def test_a_region_without_an_area_is_reported(file: Path, text: str, sentence: str) -> None:
+    file.write_text(text)
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file)
+    assert sentence in str(fault.value)
+
+
+def test_a_region_has_neighbours_and_without_the_section_there_is_none(file: Path) -> None:
+    assert load_settings().region.name is None
+    file.write_text(_REGION + _EAST)
+    region = load_settings(file).region
+    assert (region.name, [one.name for one in region.neighbours]) == ("west", ["east"])

@@ -297,4 +297,6 @@ def test_kernels_that_are_not_compiled_and_a_low_limit_of_files_are_warnings(fol
     assert lines["kernels"].startswith("warning  kernels: ")
     assert lines["kernels"].endswith("run `multiradar warm-up` as the user of the service")
     assert str(folder / "cache") in lines["kernels"]
-    assert lines["open files"].startswith("warning  open files: the limit is 300, but 768 are needed")
+    assert lines["open files"].startswith(
+        "warning  open files: the limit is 300, but 768 are needed"
+    )
