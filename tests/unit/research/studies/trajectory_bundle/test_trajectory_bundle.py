@@ -62,7 +62,7 @@ def test_a_branch_leaves_its_track_and_leads_to_the_plot(result: StudyResult) ->
     """Figure 2.1: identical before the branch point, closer to the plot at the end."""
     plot = next(one for one in result.plots if one.name == "figure-2-1")
     track, branch = plot.series[:2]
-    assert (track.label, branch.label) == ("a track", "its branch")
+    assert (track.label, branch.label) == ("track", "branch")
     assert [branch.x[0], branch.y[0]] == pytest.approx([track.x[0], track.y[0]], abs=1e-6)
     assert np.hypot(branch.x[-1], branch.y[-1]) < np.hypot(track.x[-1], track.y[-1])
 
