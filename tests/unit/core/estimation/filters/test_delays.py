@@ -194,7 +194,7 @@ def test_filters_without_delays_say_which_have_them(name: str) -> None:
     if FILTERS[name].estimates_delays:
         assert find_filter_for(name, none, delays=True).name == name
         return
-    with pytest.raises(ConfigurationError, match="expected two-stage or imm where a transponder"):
+    with pytest.raises(ConfigurationError, match="expected two-stage or imm if transponder"):
         find_filter_for(name, none, delays=True)
 
 
