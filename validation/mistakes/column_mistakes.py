@@ -68,12 +68,12 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "ranges of the way there and back",
         plots(RADAR, range_m=2.0 * pl.col("range_m")),
-        message=("26-10: its ranges are probably twice the distances",),
+        message=("26-10: its ranges are probably twice the true distances",),
     ),
     Mistake(
         "half the ranges",
         plots(RADAR, range_m=0.5 * pl.col("range_m")),
-        message=("26-10: its ranges are probably half the distances",),
+        message=("26-10: its ranges are probably half the true distances",),
     ),
     Mistake(
         "heights above the radar",
