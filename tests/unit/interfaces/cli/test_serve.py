@@ -52,7 +52,7 @@ def test_feeds_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_standby_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert ready_line(capsys, (), following=True) == (
-        "multiradar is the standby: it follows the primary; read-only at http://127.0.0.1:8321\n"
+        "multiradar is the standby and follows the primary; read-only at http://127.0.0.1:8321\n"
     )
     assert json.loads(ready_line(capsys, (), as_json=True, following=True))["role"] == "standby"
     assert "role" not in json.loads(ready_line(capsys, (), as_json=True))
