@@ -16,7 +16,7 @@ from multiradar.cli.options import (
     OverlaysOption,
 )
 from multiradar.cli.terminal.stop_signals import stop_on_signals
-from multiradar.errors import PipelineError
+from multiradar.errors import JournalError, PipelineError
 from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 
 if TYPE_CHECKING:
@@ -213,7 +213,10 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             application.stop()
     if failed.is_set():
         failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
-        raise PipelineError(f"{failure}; restart the service (acknowledged data are safe on disk)")
+        advice = "restart the service (acknowledged data are safe on disk)"
+        if isinstance(failure, JournalError):
+            advice = "before a restart, copy the state and check it with `multiradar verify`"
+        raise PipelineError(f"{failure}; {advice}")
 
 
 # What the start would report later.

@@ -272,8 +272,7 @@ BROKEN: list[tuple[dict[str, Any], RejectCode, str]] = [
     (
         {"last_position": (BEGIN_S - 4000) * 1000},
         RejectCode.OUT_OF_RANGE,
-        "last_position: expected at most 3600 s before and 60 s after the time of the record, was "
-        "4001.000 s",
+        "expected at most 3600 s before and 60 s after the time of the record, was 4001.000 s",
     ),
     ({"altitude": 200_000}, RejectCode.OUT_OF_RANGE, "altitude: expected -1000 to 40000 m"),
     ({"icao24": "3c64"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits, was '3c64'"),

@@ -1,14 +1,12 @@
 """The operator's manual is followed as it is written, but for the installation."""
 
-import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 from support.paths import ROOT
 from support.processes.served import free_port
-from support.processes.waiting import WAIT_TIMEOUT_S
+from support.processes.waiting import run_to_end
 
 _MANUAL = (ROOT / "docs/howto/operations.md").read_text(encoding="utf-8")
 _BLOCK = re.compile(r"```(sh|toml)\n(.*?)```", re.DOTALL)
@@ -38,10 +36,7 @@ def test_the_manual_leads_to_an_intact_state_after_drain_and_kill(tmp_path: Path
         grep -c takeover: two.log one.log
         multiradar verify state
     """
-    done = subprocess.run(
-        ["bash", "-e", "-c", text], cwd=tmp_path, env=os.environ, text=True, check=False,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=WAIT_TIMEOUT_S,
-    )  # fmt: skip
+    done = run_to_end(["bash", "-e", "-c", f"exec 2>&1\n{text}"], cwd=tmp_path)
     assert done.returncode == 0, done.stdout
     assert "23996 accepted, 0 rejected, 0 duplicate" in done.stdout
     assert "two.log:1\none.log:1\n" in done.stdout

@@ -4,7 +4,6 @@ Closing any descriptor of a file releases the POSIX locks of the whole process o
 the next command that writes to the journal removes the log of the running service.
 """
 
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from multiradar.storage.sqlite.shortening import extent_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import verify_journal
 from support.inputs.journal_entries import entry
+from support.processes.waiting import run_to_end
 
 # The shared lock of a connection (https://www.sqlite.org/lockingv3.html): first octet, and length.
 _SHARED = (0x40000002, 510)
@@ -32,7 +32,7 @@ with open(sys.argv[1], "rb+") as file:
 
 def _is_locked(path: Path) -> bool:
     command = [sys.executable, "-S", "-c", _TRY, str(path), *map(str, _SHARED)]
-    return subprocess.run(command, check=False).returncode == 7
+    return run_to_end(command).returncode == 7
 
 
 def _read_all(path: Path) -> None:

@@ -209,6 +209,9 @@ class JointFit:
             scale = min(fits[one].scale for one in errors)
             gains = {one: _cost(plain, scale) - _cost(fits[one], scale) for one in errors}
             ranked = sorted(errors, key=lambda one: -gains[one])
+            if not gains[ranked[0]] > 0.0:
+                # None explains the residuals better than no error does.
+                break
             alike = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
             # A radar and the positions that it is compared with alone: the radar is wrong.
             sited = [one for one in alike if candidates[one][1][0] not in self._reporting()]

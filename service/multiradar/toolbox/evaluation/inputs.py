@@ -344,8 +344,8 @@ def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) 
     found = frame.group_by("sensor_id").len().sort("sensor_id").rows()
     lost = [f"{name} ({count} measurements)" for name, count in found if name not in names]
     if lost:
-        verb = "is" if len(lost) == 1 else "are"
-        warn(f"{', '.join(lost)} {verb} not in {sensors} and were not used", DataWarning)
+        are, were = ("is", "was") if len(lost) == 1 else ("are", "were")
+        warn(f"{', '.join(lost)} {are} not in {sensors} and {were} not used", DataWarning)
 
 
 def _measurements(given: Path) -> tuple[pl.DataFrame, str]:

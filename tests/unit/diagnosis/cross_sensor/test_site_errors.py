@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
-from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, SHIFT
+from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, SHIFT, JointFit
 
 
 @pytest.mark.parametrize(
@@ -32,3 +32,18 @@ def test_an_error_is_found_from_a_number_of_pairs_and_of_aircraft_on(
     equations: Any = SimpleNamespace(clustered=lambda *_: np.eye(2))
     error = site_errors._error(rows, (SHIFT, (0,)), fit, fit, equations)
     assert (error is not None) == found
+
+
+def test_errors_that_explain_nothing_are_not_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    fits = object.__new__(JointFit)
+    fits._basis, fits._rows = np.zeros((8, 2, 0)), None
+    fits._comparison = SimpleNamespace()  # type: ignore[assignment]
+    rows: Any = SimpleNamespace(apart=np.ones((8, 2)))
+    error: Any = SimpleNamespace(radars=(0,))
+    monkeypatch.setattr(site_errors, "_error_columns", lambda *_: np.ones((8, 2, 1)))
+    monkeypatch.setattr(site_errors, "_error", lambda *_: error)
+    for costs, found in (([3.0, 1.0], [(error,)]), ([1.0, 3.0], [])):
+        # Of no error, and of the error.
+        given = iter(costs)
+        monkeypatch.setattr(site_errors, "_cost", lambda *_, given=given: next(given))
+        assert fits._search(rows, [(SHIFT, (0,))], {}) == found
