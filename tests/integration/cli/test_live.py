@@ -176,8 +176,8 @@ def test_replay_sorts_a_recording_and_reports_unknown_sensors(
         assert rejected.returncode == 1
         assert f"rejected: {ROWS} UNKNOWN_SENSOR" in rejected.stdout
         assert rejected.stderr.startswith(
-            "multiradar: sensors of the recording that are not configured in the service, which "
-            "has "
+            "multiradar: the recording contains sensors that are not configured in the service, "
+            "which has "
         )
         assert rejected.stderr.endswith(
             f": 77-7 ({ROWS:,}); their measurements were rejected; start the service with the "

@@ -112,7 +112,7 @@ def test_a_wrong_state_folder_is_reported_before_kernels_are_compiled(
         first = chosen("joint")
         first.service.open()
         first.stop()
-        words = "created with --filter joint, now ci; start with"
+        words = "created with --filter joint, now ci; use the original"
     else:
         (tmp_path / "measurements.parquet").write_bytes(b"")
         words = "was the output of `convert`; choose another folder"

@@ -111,7 +111,7 @@ def test_only_the_chosen_time_is_converted(scene: _Scene) -> None:
     wanted = time_s.filter((time_s >= begin_s) & (time_s < end_s))
     assert run.measurements["time_s"].sort().equals(wanted)
     assert run.report["figures"]["outside"] == ROWS - len(wanted)
-    with pytest.raises(InputError, match=r"no measurements in this time"):
+    with pytest.raises(InputError, match=r"no measurements in the selected period"):
         mr.convert(state, from_s=end_s + 1e6)
     with pytest.raises(ArgumentError, match=r"`from_s`: expected a time before"):
         mr.convert(state, from_s=2.0, until_s=1.0)
@@ -131,7 +131,7 @@ def test_a_damaged_or_incomplete_archive_is_not_converted(scene: _Scene, tmp_pat
     octets[len(octets) // 2] ^= 1
     first.path.write_bytes(octets)
     second.path.unlink()
-    with pytest.raises(JournalError, match=f"{archive}: the entries .* are missing"):
+    with pytest.raises(JournalError, match=f"{archive}: entries .* are missing"):
         mr.convert(archive, out=out)
     # The segments after a removed beginning are an archive.
     first.path.unlink()

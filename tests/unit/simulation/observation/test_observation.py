@@ -248,5 +248,7 @@ def test_a_scenario_too_large_for_memory_is_rejected_first() -> None:
     anywhere = (0.0, 1e5)
     traffic = Traffic(20_000, anywhere, anywhere, (9e3, 9e3), (200.0, 200.0), (0.0, 1.0))
     scenario = replace(_scenario(EAST), traffic=(traffic,), duration_s=86_400.0)
-    with pytest.raises(ConfigurationError, match="expected at most 20000000 measurements, was ab"):
+    with pytest.raises(
+        ConfigurationError, match="expected at most 20000000 measurements, found ab"
+    ):
         _plots_of(scenario)

@@ -155,7 +155,7 @@ def test_invalid_values_are_reported_with_key_and_expectation(
 def test_empty_scenarios_and_duplicate_names_are_rejected(tmp_path: Path) -> None:
     aircraft = GOOD[GOOD.index("[[aircraft]]") : GOOD.index("[[sensor]]")]
     sensor = GOOD[GOOD.index("[[sensor]]") :]
-    with pytest.raises(ConfigurationError, match="expected 1 to 20000 aircraft, was 0"):
+    with pytest.raises(ConfigurationError, match="expected 1 to 20000 aircraft, found 0"):
         _load(tmp_path, GOOD.replace(aircraft, ""))
     with pytest.raises(ConfigurationError, match="sensor: missing"):
         _load(tmp_path, GOOD.replace(sensor, ""))

@@ -180,7 +180,7 @@ def test_regions_have_sensors_of_their_own_and_run_beside_each_other(
     assert table(found, "drift")["region"].unique().sort().to_list() == ["north", "south"]
     copied = tmp_path / "out" / "south" / DATES[0] / "sensors.toml"
     assert "clock_tolerance_s = 5.0" in copied.read_text()
-    assert "north: all biases together" in " ".join(summary_of(found.folder).notes).lower()
+    assert "north: all biases jointly" in " ".join(summary_of(found.folder).notes).lower()
 
 
 def test_a_region_without_a_complete_day_has_no_biases(archive: Archive, tmp_path: Path) -> None:

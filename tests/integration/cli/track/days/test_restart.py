@@ -83,9 +83,7 @@ def test_other_settings_need_another_output_or_again(
             reprocess(days, sensors, out=out, runner=FakeJobs(), **options)
     other = tmp_path / "other.toml"
     other.write_text(sensors.read_text().replace("range_sigma_m = 40.0", "range_sigma_m = 50.0"))
-    with pytest.raises(
-        OutputExistsError, match="created with different settings \\(the sensors\\)"
-    ):
+    with pytest.raises(OutputExistsError, match="created with different settings \\(sensors\\)"):
         reprocess(days, other, out=out, runner=FakeJobs())
     jobs = FakeJobs({DATES[1]: "killed"})
     with pytest.raises(FindingsError):
@@ -140,7 +138,7 @@ def test_a_day_under_another_date_is_reported(archive: Archive, tmp_path: Path) 
     write_day(tmp_path / "days" / "2026-11-25", 0)
     found = reprocess(tmp_path / "days", archive[1], out=tmp_path / "out", runner=FakeJobs())
     (only,) = found.report["figures"]["days"]
-    assert only["warnings"][-1].endswith("its measurements are not of 2026-11-25")
+    assert only["warnings"][-1].endswith("the measurements are not from 2026-11-25")
 
 
 def test_times_of_day_cannot_be_compared(days: Path, archive: Archive, tmp_path: Path) -> None:
