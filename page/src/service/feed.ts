@@ -186,7 +186,9 @@ export class Feed {
     const { clock, jumps } = this;
     const asked = new URLSearchParams({ at: at.toFixed(3) });
     const of = `${at} ${this.area} ${this.track}`;
-    if (this.pastS !== null) asked.set("since", this.pastS.toFixed(3));
+    // A time after the end, as in an address, is set to the end: nothing of the frame before is kept.
+    const isBack = this.pastS !== null && at < this.pastS;
+    if (this.pastS !== null && !isBack) asked.set("since", this.pastS.toFixed(3));
     if (this.area !== "") asked.set("bbox", this.area);
     if (this.track !== null) asked.set("track", String(this.track));
     const frames = await Promise.all([this.store, this.second].slice(0, clock.runs.length > 1 ? 2 : 1)
@@ -198,6 +200,7 @@ export class Feed {
     // The clock was moved meanwhile.
     if (clock.jumps !== jumps) return;
     this.renew();
+    if (isBack) for (const one of [this.store, this.second]) one.clear();
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
       clock.learn(frame.header.span_s, frame.header.recorded === true, this.runsOf(frame.header.layers));
@@ -257,8 +260,9 @@ export class Feed {
     this.sensorsJumps = this.clock.jumps;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
     this.statusMs = performance.now();
-    // While a service replays its journal, its alarms and biases are those of earlier times: the last ones stay, as the picture does.
-    const stays = stands || (this.status["state"] === "recovering" && this.store.dataTimeS !== null);
+    // While a service starts, it has no alarms and biases, or those of earlier times: the last ones stay, as the picture does.
+    const starts = this.status["state"] === "stopped" || this.status["state"] === "recovering";
+    const stays = stands || (starts && this.store.dataTimeS !== null);
     if (!stays) {
       this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
       this.sensorsAtS = at;

@@ -103,6 +103,7 @@ export function isWithoutPlots(sensor: Sensor, store: Store): boolean {
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
 export function doubtOf({ level }: Severity, sensor: Sensor, sensors: readonly Sensor[]): string {
   if (level === "FAULT" || isMisplaced(sensor)) return "this radar has a fault";
+  if (alarmsOf(sensor).includes("clock")) return "the clock of this radar is wrong";
   const wrong = sensors.find(isMisplaced);
   return wrong === undefined ? "" : `the positions from ${wrong.id} are wrong`;
 }
