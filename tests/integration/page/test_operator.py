@@ -114,7 +114,9 @@ def test_the_words_of_estimation_are_explained_where_they_stand(page: Page, air:
     sensors_with(page, untouched)
     opened(page, air)
     page.keyboard.press("3")
-    expect(page.locator("#sensors")).to_contain_text("Of prior: sigma as a percentage of the sigma before the first plot")
+    expect(page.locator("#sensors")).to_contain_text(
+        "Of prior: sigma as a percentage of the sigma before the first plot"
+    )
     # The estimate would be that of the prior.
     first = page.locator("#sensors .sheet tbody tr").first.locator("td")
     expect(first).to_have_text(["–", re.compile("."), "100 %"])

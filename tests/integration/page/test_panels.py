@@ -275,7 +275,7 @@ def test_another_address_in_a_plot_is_an_alarm(page: Page) -> None:
     page.route("**/history*", other)
     page.evaluate(f"{ACTIONS}.show({STORE}.tracks[1].id)")
     expect(page.get_by_role("region", name="Identity").locator(".alarm")).to_contain_text(
-        "abcdef by"
+        "abcdef from"
     )
 
 

@@ -206,5 +206,5 @@ def test_a_measurement_without_an_outcome_stops_the_run(
         return {**true_counts, "UPDATED": true_counts["UPDATED"] - 1}
 
     monkeypatch.setattr(Engine, "counts", property(forgetful))
-    with pytest.raises(AccountingError, match="an outcome for each accepted"):
+    with pytest.raises(AccountingError, match="one outcome per accepted"):
         _run(measured, tmp_path / "out")
