@@ -276,7 +276,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         dump(lambda _path: None),
         (*_CONVERT, "--sensor-only", "99"),
         1,
-        ("no row belongs to sensor 99; found:",),
+        ("no rows from sensor 99; found:",),
     ),
     Mistake(
         "text as an ASTERIX recording",
