@@ -276,7 +276,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         dump(lambda _path: None),
         (*_CONVERT, "--sensor-only", "99"),
         1,
-        ("no rows from sensor 99; found:",),
+        ("no rows from sensor 99; sensors found:",),
     ),
     Mistake(
         "text as an ASTERIX recording",
