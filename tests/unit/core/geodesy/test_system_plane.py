@@ -109,7 +109,7 @@ def test_the_plane_of_sensors_lies_in_their_middle_across_the_date_line() -> Non
 def test_sensors_around_the_earth_are_rejected() -> None:
     with pytest.raises(ConfigurationError, match="no sensor has a site"):
         SystemPlane.for_sensors([np.nan], [np.nan])
-    with pytest.raises(ConfigurationError, match="distributed around the Earth"):
+    with pytest.raises(ConfigurationError, match="spread around the Earth"):
         SystemPlane.for_sensors([0.0, 0.0], [0.0, np.pi])
     with pytest.raises(OutsidePlaneError):
         SystemPlane.for_sensors(np.zeros(4), np.radians([0.0, 0.0, 0.0, 90.0]))

@@ -231,7 +231,7 @@ def test_points_on_a_line_determine_no_plane() -> None:
 
 def test_too_few_points_are_rejected() -> None:
     for count in range(POINTS_MIN):
-        with pytest.raises(PlaneError, match=f"was {count}") as error:
+        with pytest.raises(PlaneError, match=f"found {count}") as error:
             fit_proportional(circle(20)[:count].reshape(-1, 3), COVARIANCE)
         assert error.value.code == "TOO_FEW_POINTS"
 

@@ -92,6 +92,6 @@ def test_regions_grow_with_time_and_have_the_axes_of_the_noise() -> None:
 )
 def test_too_few_plots_raise_an_error_with_a_code(time_s: Floats) -> None:
     noise = np.broadcast_to(NOISE_M2, (len(time_s), 2, 2))
-    with pytest.raises(TrajectoryError, match="plots over") as error:
+    with pytest.raises(TrajectoryError, match="plots spanning") as error:
         polynomial_forecast(time_s, path(time_s), noise, np.array([500.0]))
     assert error.value.code == "TOO_FEW_PLOTS"
