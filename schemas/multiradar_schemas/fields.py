@@ -39,6 +39,7 @@ from multiradar_schemas.products.bias import (
     BIAS_SCHEMA,
     BiasCorrelation,
     BiasEstimate,
+    BiasValue,
 )
 from multiradar_schemas.products.bias_days import (
     BIAS_OF_DAY_SCHEMA,
@@ -56,7 +57,7 @@ from multiradar_schemas.products.forecast import (
     ForecastPoint,
     ForecastRow,
 )
-from multiradar_schemas.products.handover import Handover, HandoverBias, HandoverTrack
+from multiradar_schemas.products.handover import Handover, HandoverTrack
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.manoeuvre_plane import (
     MANOEUVRE_PLANE_SCHEMA,
@@ -307,7 +308,7 @@ def _plot_lines() -> Iterator[str]:
     yield "\nEach of its `tracks`:\n"
     yield from _table(HandoverTrack)
     yield "\nEach of its `biases`:\n"
-    yield from _table(HandoverBias)
+    yield from _table(BiasValue)
     yield "\n## Radar residuals: `GET /v1/residuals`, Zenoh\n"
     yield from _table(Residuals)
     yield "\nEach of `sensors`:\n"

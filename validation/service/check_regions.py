@@ -15,7 +15,6 @@ import argparse
 import json
 import os
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -23,7 +22,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import httpx
 import polars as pl
@@ -32,7 +31,7 @@ from multiradar.clock import SystemClock
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from validation.service.takeover_subscriber import free_endpoint
-from validation.service.traffic import PERIOD_S, SITES, Sky, sensor_text
+from validation.service.traffic import PERIOD_S, SITES, Sky, sensor_text, started
 
 CLOCK = SystemClock()
 #: Centres of the regions, degrees, and the radars of each.
@@ -58,9 +57,9 @@ class Unit:
         self._folder, self._name = folder / name, name
         self._folder.mkdir()
         self.radars = REGIONS[name][2]
-        sensors = "\n".join(sensor_text(one, SITES[one]) for one in self.radars)
-        (self._folder / "sensors.toml").write_text(sensors)
-        (self._folder / "settings.toml").write_text(_settings(name, endpoints, speed))
+        self._sensors = "\n".join(sensor_text(one, SITES[one]) for one in self.radars)
+        self._settings = self._folder / "settings.toml"
+        self._settings.write_text(_settings(name, endpoints, speed))
         self.waiting: list[bytes] = []
         self.url = ""
         self._running = threading.Event()
@@ -72,12 +71,8 @@ class Unit:
 
     def start(self) -> None:
         """Start the service, again on its journal."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "multiradar", "serve", "--config", "settings.toml", "--sensors",
-             "sensors.toml", "--state", "state", "--port", "0", "--json", "--log-level", "error"],
-            stdout=subprocess.PIPE, text=True, cwd=self._folder,
-        )  # fmt: skip
-        said: IO[str] | None = self._process.stdout
+        self._process = started(self._folder, self._sensors, "--config", str(self._settings))
+        said = self._process.stdout
         assert said is not None, "it is a pipe"
         self.url = json.loads(said.readline())["http"]
         self._running.set()
@@ -216,7 +211,7 @@ def _body(frame: pl.DataFrame, radars: tuple[str, ...]) -> bytes:
 def _settings(name: str, endpoints: Mapping[str, str], speed: float) -> str:
     latitude_deg, longitude_deg, _ = REGIONS[name]
     lines = [
-        "[zenoh]", "enabled = false", "[tracking]", "reorder_horizon_s = 1.0", "[region]",
+        "[tracking]", "reorder_horizon_s = 1.0", "[region]",
         f'name = "{name}"', f"latitude_deg = {latitude_deg}", f"longitude_deg = {longitude_deg}",
         f"period_s = {1.0 / speed}", f'listen = ["{endpoints[name]}"]',
     ]  # fmt: skip

@@ -21,8 +21,8 @@ ParameterName = Literal[
 ]
 
 
-class BiasEstimate(Record):
-    """A bias parameter of a sensor at the end of an epoch; a row of `biases.parquet`.
+class BiasValue(Record):
+    """A bias parameter of a sensor at the end of an epoch.
 
     A bias is measured minus true. The unit is the suffix of the parameter (`range_gain` has none).
     """
@@ -49,6 +49,11 @@ class BiasEstimate(Record):
             "Standard deviation of the estimate at `time_s`", unit="as `estimate`", source="filter"
         ),
     ]
+
+
+class BiasEstimate(BiasValue):
+    """A bias estimate of the tracker; a row of `biases.parquet`."""
+
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
     prior_ratio: Annotated[
         float,

@@ -5,8 +5,8 @@ from typing import Annotated
 from pydantic import Field, StringConstraints
 
 from multiradar_schemas.base import Record, described
-from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN, SENSOR_ID_PATTERN
-from multiradar_schemas.products.bias import ParameterName
+from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN
+from multiradar_schemas.products.bias import BiasValue
 from multiradar_schemas.products.track import TrackState
 
 #: Bounds of a message: tracks, biases, and octets.
@@ -118,28 +118,6 @@ class HandoverTrack(Record):
     ]  # fmt: skip
 
 
-class HandoverBias(Record):
-    """A bias of a sensor, as estimated in a region."""
-
-    sensor_id: Annotated[
-        str,
-        StringConstraints(pattern=SENSOR_ID_PATTERN),
-        described("The sensor", unit="text", source="sensors.toml"),
-    ]
-    parameter: Annotated[
-        ParameterName, described("The bias parameter", unit="name", source="sensors.toml")
-    ]
-    time_s: Annotated[float, described("Data time of the estimate", unit="s", source="tracker")]
-    estimate: Annotated[
-        float, described("Measured minus true", unit="m, degree, 1 or s", source="filter")
-    ]
-    sigma: Annotated[
-        float,
-        Field(ge=0.0),
-        described("Its standard deviation", unit="as `estimate`", source="filter"),
-    ]
-
-
 class Handover(Record):
     """All that a region hands over to its neighbours at one time; it replaces the message before.
 
@@ -173,7 +151,7 @@ class Handover(Record):
         described("Tracks near the boundary, or beyond it", unit="record", source="service"),
     ]
     biases: Annotated[
-        tuple[HandoverBias, ...],
+        tuple[BiasValue, ...],
         Field(max_length=BIASES_MAX),
         described("Biases of its sensors", unit="record", source="service"),
     ] = ()

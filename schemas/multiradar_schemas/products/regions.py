@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
-from multiradar_schemas.products.handover import HandoverBias
+from multiradar_schemas.products.bias import BiasValue
 
 
 class NeighbouringRegion(Record):
@@ -37,7 +37,7 @@ class NeighbouringRegion(Record):
         int, Field(ge=0), described("Messages so far", unit="1", source="service")
     ]  # fmt: skip
     biases: Annotated[
-        tuple[HandoverBias, ...],
+        tuple[BiasValue, ...],
         described("Its biases of sensors that are known here", unit="record", source="service"),
     ]
 

@@ -8,7 +8,8 @@ from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.losses import LOST_MAX, two_digits
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
-from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Plots
+from multiradar.diagnosis.plots import Floats, Plots
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 
 #: A value that this fraction of the plots has was not measured.
 SAME_MIN = 1.0 - LOST_MAX

@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
 Floats = NDArray[np.float64]
@@ -16,8 +17,6 @@ Site = tuple[float, float, float]
 
 #: Height of aircraft that report none, m.
 HEIGHT_ASSUMED_M = 7000.0
-#: Mean radius of the Earth, m (IUGG); good to 0.3 %, 20 m of height at 300 km.
-EARTH_RADIUS_M = 6_371_008.8
 
 #: Columns that identify an aircraft, the most reliable first.
 KEYS = ("track_number", "mode_s_address", "mode_3a")

@@ -9,6 +9,9 @@ from multiradar.geodesy.wgs84 import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, en
 
 Floats = NDArray[np.float64]
 
+#: Mean radius of the Earth, m (IUGG); good to 0.3 %, 20 m of height at 300 km.
+EARTH_RADIUS_M = 6_371_008.8
+
 
 class PositionAndHeading(NamedTuple):
     """Latitude, longitude and heading, rad."""

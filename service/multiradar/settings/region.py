@@ -19,17 +19,17 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Self
 
-from pydantic import BeforeValidator, Field, StringConstraints, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Endpoint, NotNegative, Seconds, Section, plain_number
+from multiradar_schemas.products.handover import RegionName
 
 #: Neighbours of a region.
 NEIGHBOURS_MAX = 32
 #: Nearer centres leave no area between each other, degrees.
 CENTRES_APART_DEG = 0.01
 
-_Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]{1,16}$")]
 _Latitude = Annotated[float, BeforeValidator(plain_number), Field(ge=-90.0, le=90.0)]
 _Longitude = Annotated[float, BeforeValidator(plain_number), Field(ge=-180.0, le=180.0)]
 
@@ -37,7 +37,7 @@ _Longitude = Annotated[float, BeforeValidator(plain_number), Field(ge=-180.0, le
 class NeighbourSettings(Section):
     """A neighbouring region: its name, its centre, and where its service listens."""
 
-    name: _Name
+    name: RegionName
     latitude_deg: _Latitude
     longitude_deg: _Longitude
     endpoint: Annotated[
@@ -49,7 +49,7 @@ class NeighbourSettings(Section):
 class RegionSettings(Section):
     """The area of this service: where its centre is nearer than those of its neighbours."""
 
-    name: Annotated[_Name | None, Field(description="Its name; absent: no neighbours")] = None
+    name: Annotated[RegionName | None, Field(description="Its name; absent: no neighbours")] = None
     latitude_deg: Annotated[_Latitude | None, Field(description="Its centre")] = None
     longitude_deg: Annotated[_Longitude | None, Field(description="Its centre")] = None
     margin_m: Annotated[

@@ -5,8 +5,9 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.plots import EARTH_RADIUS_M, KEYS, Floats, Integers, Plots, Site, located
+from multiradar.diagnosis.plots import KEYS, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation, two_rotations
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: Coherence of azimuth and time of a rotating antenna; another unit is preferred when it reduces

@@ -13,7 +13,8 @@ import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats
+from multiradar.diagnosis.plots import Floats
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: Rows of one aircraft are compared within this time, s.

@@ -115,10 +115,10 @@ class AirPicture:
         with self._lock:
             if self._is_due():
                 self._tick()
+            asked = self._normal(asked)
             frame = self._shared(asked)
             if frame is not None:
                 return frame
-            asked = self._normal(asked)
             frame = self._encoded(asked)
             self.encoded += 1
             if len(self._frames) < _FRAMES_MAX:
@@ -130,7 +130,7 @@ class AirPicture:
         if not self._lock.acquire(blocking=False):
             return None
         try:
-            return None if self._is_due() else self._shared(asked)
+            return None if self._is_due() else self._shared(self._normal(asked))
         finally:
             self._lock.release()
 
@@ -169,7 +169,7 @@ class AirPicture:
         return self._version != self._known.version and self._clock.monotonic_s() >= self._due_s
 
     def _shared(self, asked: Asked) -> bytes | None:
-        frame = self._frames.get(self._normal(asked))
+        frame = self._frames.get(asked)
         self.shared += frame is not None
         return frame
 

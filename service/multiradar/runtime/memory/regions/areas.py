@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Mean radius of the Earth, m (IUGG).
-EARTH_RADIUS_M = 6_371_008.8
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 
 
 class Centre(NamedTuple):

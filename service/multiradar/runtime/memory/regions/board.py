@@ -152,10 +152,8 @@ class RegionBoard:
         """Return what subscribers get of tracks, rows of `MARK_DTYPE`; those unknown are empty."""
         marks = np.zeros(len(track_ids), MARK_DTYPE)
         with self._lock:
-            places = np.searchsorted(self._own["track_id"], track_ids)
-            known = places < len(self._own)
-            known[known] = self._own["track_id"][places[known]] == track_ids[known]
-            marks[known] = marks_of(self.name, self._own[places[known]])
+            places, known = self._find(track_ids)
+            marks[known] = marks_of(self._own[places[known]])
         return marks
 
     def fields(self, track_ids: NDArray[np.int64]) -> pl.DataFrame:
@@ -204,7 +202,7 @@ class RegionBoard:
             }
 
     def biases(self, region: str) -> list[str]:
-        """Return the biases that a neighbour handed over, JSON of `HandoverBias`."""
+        """Return the biases that a neighbour handed over, JSON of `BiasValue`."""
         with self._lock:
             return list(self._neighbours[region].biases)
 
@@ -269,21 +267,25 @@ class RegionBoard:
         tracks = updates.track_id[begin:end]
         # The last row of each track; `unique` returns the first of the reversed ones.
         ids, last = np.unique(tracks[::-1], return_index=True)
-        rows = own_rows(self.name, updates, end - 1 - last)
-        places = np.searchsorted(self._own["track_id"], ids)
-        known = places < len(self._own)
-        known[known] = self._own["track_id"][places[known]] == ids[known]
+        rows = own_rows(updates, end - 1 - last)
+        places, known = self._find(ids)
         for name in _DECIDED:
             rows[name][known] = self._own[name][places[known]]
         self._own[places[known]] = rows[known]
         if not known.all():
             self._own = np.insert(self._own, places[~known], rows[~known])
             self._decide_new(ids[~known])
-        places = np.searchsorted(self._own["track_id"], tracks)
-        return marks_of(self.name, self._own[places])
+        return marks_of(self._own[self._find(tracks)[0]])
+
+    # Places of tracks by their numbers, and whether there is such a track.
+    def _find(self, ids: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        places = np.searchsorted(self._own["track_id"], ids)
+        known = places < len(self._own)
+        known[known] = self._own["track_id"][places[known]] == ids[known]
+        return places, known
 
     def _decide_new(self, ids: NDArray[np.int64]) -> None:
-        places = np.searchsorted(self._own["track_id"], ids)
+        places, _ = self._find(ids)
         for one in self._neighbours.values():
             free = one.rows["own_id"] == 0
             rows = one.rows[free]
@@ -311,7 +313,8 @@ class RegionBoard:
             row["responsible"], row["since_s"] = decided.responsible, decided.since_s
             row["duplicate_of"] = b"" if decided.responsible or follows is None else follows.track
             if follows is not None:
-                row["aircraft"] = follows.aircraft
+                own_name = reference(self.name, int(row["track_id"]))
+                row["aircraft"] = b"" if follows.aircraft == own_name else follows.aircraft
                 self.takeovers += decided.responsible
 
     def _claims(self) -> dict[int, list[Claim]]:

@@ -6,12 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.runtime.memory.bias_board import bias_rows_frame
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.regions.board import RegionBoard
 from multiradar.runtime.memory.regions.messages import TRIANGLE
+from multiradar.runtime.stream.region_marks import reference
+from multiradar_schemas.products.bias import BiasValue
 from multiradar_schemas.products.handover import BIASES_MAX, TRACKS_MAX
 
 #: A state of the filter at another time than the last update is not that of the update, s.
@@ -31,9 +34,10 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
     rows, reached_s = board.near()
     if not math.isfinite(reached_s):
         return None
-    tracks = known.tracks().to_dicts() if len(rows) else []
+    rows = rows[:TRACKS_MAX]
+    near = pl.col("track_id").is_in(rows["track_id"].tolist())
+    tracks = known.tracks().filter(near).to_dicts() if len(rows) else []
     biases = bias_rows_frame(known.latest_biases(), known.sensors)
-    wanted = ["sensor_id", "parameter", "time_s", "estimate", "sigma"]
     own = board.areas.own
     return json.dumps({
         "region": own.name,
@@ -41,18 +45,20 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
         "longitude_deg": own.longitude_deg,
         "time_s": reached_s,
         "heard": board.heard(),
-        "tracks": handover_tracks(rows[:TRACKS_MAX], tracks, known.states()),
-        "biases": biases.select(wanted).head(BIASES_MAX).to_dicts(),
+        "tracks": handover_tracks(own.name, rows, tracks, known.states()),
+        "biases": biases.select(list(BiasValue.model_fields)).head(BIASES_MAX).to_dicts(),
     }, allow_nan=False).encode()  # fmt: skip
 
 
 def handover_tracks(
-    rows: NDArray[np.void], tracks: Sequence[Mapping[str, Any]], states: States | None
+    region: str, rows: NDArray[np.void], tracks: Sequence[Mapping[str, Any]], states: States | None
 ) -> list[dict[str, Any]]:
     """Return own tracks for a message.
 
     Parameters
     ----------
+    region : str
+        Name of this region.
     rows : (n,) ndarray of `OWN_DTYPE`
         The tracks.
     tracks : sequence of mapping
@@ -61,7 +67,7 @@ def handover_tracks(
         States of the filter, for covariances of position and velocity together.
     """
     shown = {one["track_id"]: one for one in tracks}
-    whole = {} if states is None else _covariances(states)
+    whole = {} if states is None else _covariances(states, rows["track_id"])
     found = []
     for row in rows:
         track = shown.get(int(row["track_id"]))
@@ -83,7 +89,7 @@ def handover_tracks(
             **{name: track[name] for name in _COPIED},
             "responsible": bool(row["responsible"]),
             "since_s": float(row["since_s"]),
-            "aircraft": row["aircraft"].decode(),
+            "aircraft": (row["aircraft"] or reference(region, int(row["track_id"]))).decode(),
         })  # fmt: skip
     return found
 
@@ -94,12 +100,15 @@ _COPIED = (
 )  # fmt: skip
 
 
-def _covariances(states: States) -> dict[int, tuple[float, list[float]]]:
+# Of the tracks with these numbers alone: a region has many more.
+def _covariances(states: States, wanted: NDArray[np.int64]) -> dict[int, tuple[float, list[float]]]:
     tracks, plane = states
-    turn = np.zeros((len(tracks), 4, 4))
-    local = plane.local_matrix(tracks.mean[:, 0], tracks.mean[:, 1])
+    near = np.flatnonzero(np.isin(tracks.track_id, wanted))
+    turn = np.zeros((len(near), 4, 4))
+    local = plane.local_matrix(tracks.mean[near, 0], tracks.mean[near, 1])
     turn[:, :2, :2] = turn[:, 2:, 2:] = local
-    true = turn @ tracks.covariance @ turn.transpose(0, 2, 1)
+    true = turn @ tracks.covariance[near] @ turn.transpose(0, 2, 1)
     triangles = true[:, *TRIANGLE].tolist()
-    given = zip(tracks.track_id.tolist(), tracks.time_s.tolist(), triangles, strict=True)
+    numbers, times_s = tracks.track_id[near].tolist(), tracks.time_s[near].tolist()
+    given = zip(numbers, times_s, triangles, strict=True)
     return {track: (time_s, triangle) for track, time_s, triangle in given}

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.runtime.memory.regions.areas import EARTH_RADIUS_M
-from multiradar.runtime.stream.region_marks import MARK_DTYPE, REFERENCE_OCTETS, reference
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
+from multiradar.runtime.stream.region_marks import MARK_DTYPE, REFERENCE_OCTETS
 from multiradar.tracking.outputs import STATE_TENTATIVE, TrackUpdates
 
 _STATE = [
@@ -26,7 +26,8 @@ _STATE = [
     ("aircraft", f"S{REFERENCE_OCTETS}"),
 ]
 #: A track of this region: its state, whether the region is responsible for it, and since when; the
-#: name of the aircraft in all regions; the responsible track of a neighbour; its first time.
+#: name of the aircraft in all regions, empty for that of the track itself; the responsible track of
+#: a neighbour; its first time.
 OWN_DTYPE = np.dtype([*_STATE, ("duplicate_of", f"S{REFERENCE_OCTETS}"), ("first_s", np.float64)])
 #: A track of a neighbour, with the matching own one; 0 for none.
 OTHER_DTYPE = np.dtype([*_STATE, ("own_id", np.int64)])
@@ -43,7 +44,7 @@ GATE = 18.47
 GATE_HELD, ADDRESS_APART_MAX_M = 100.0, 10_000.0
 
 
-def own_rows(region: str, updates: TrackUpdates, chosen: NDArray[np.intp]) -> NDArray[np.void]:
+def own_rows(updates: TrackUpdates, chosen: NDArray[np.intp]) -> NDArray[np.void]:
     """Return track updates as rows of `OWN_DTYPE`, responsible for nothing."""
     rows = np.zeros(len(chosen), OWN_DTYPE)
     for name in ("track_id", "time_s", "latitude_rad", "longitude_rad", "height_m",
@@ -56,17 +57,14 @@ def own_rows(region: str, updates: TrackUpdates, chosen: NDArray[np.intp]) -> ND
     rows["velocity_m2ps2"] = updates.velocity_sigma_mps[chosen] ** 2 / 2.0
     rows["first_s"] = rows["time_s"]
     rows["tentative"] = updates.state[chosen] == STATE_TENTATIVE
-    rows["aircraft"] = [reference(region, one) for one in rows["track_id"].tolist()]
     return rows
 
 
-def marks_of(region: str, rows: NDArray[np.void]) -> NDArray[np.void]:
+def marks_of(rows: NDArray[np.void]) -> NDArray[np.void]:
     """Return what subscribers get of rows of `OWN_DTYPE`."""
     marks = np.zeros(len(rows), MARK_DTYPE)
     marks["responsible"], marks["duplicate_of"] = rows["responsible"], rows["duplicate_of"]
-    own = np.array([reference(region, one) for one in rows["track_id"].tolist()],
-                   rows["aircraft"].dtype)  # fmt: skip
-    marks["continues"] = np.where(rows["aircraft"] == own, b"", rows["aircraft"])
+    marks["continues"] = rows["aircraft"]
     return marks
 
 
