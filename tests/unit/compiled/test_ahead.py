@@ -55,6 +55,7 @@ def test_each_missing_kernel_is_compiled_and_then_cached(asked: Path) -> None:
     assert len(asked.read_text().split()) == 6
 
 
+@pytest.mark.slow
 def test_only_what_is_missing_is_compiled(asked: Path) -> None:
     compile_ahead(KERNELS[:4], nothing)
     asked.write_text("")
@@ -62,11 +63,13 @@ def test_only_what_is_missing_is_compiled(asked: Path) -> None:
     assert sorted(asked.read_text().split()) == [one.kernel for one in KERNELS[4:]]
 
 
+@pytest.mark.slow
 def test_other_types_of_arguments_are_another_kernel(asked: Path) -> None:
     compile_ahead(KERNELS[:1], nothing)
     assert compile_ahead([TypedKernel(KERNELS[0].kernel, ("float64",))], nothing) == 1
 
 
+@pytest.mark.slow
 def test_a_kernel_that_fails_stops_no_other_and_is_tried_again(asked: Path) -> None:
     wanted = [TypedKernel("package.module:kernel_fails", ()), *KERNELS]
     seen: list[tuple[int, int]] = []
@@ -111,6 +114,7 @@ def test_a_command_waits_while_another_one_compiles(asked: Path) -> None:
     assert asked.read_text() == ""
 
 
+@pytest.mark.slow
 def test_what_the_other_command_did_not_compile_is_compiled_after_it(asked: Path) -> None:
     waiting = threading.Event()
     with (asked.parent / "lock").open("w") as lock:

@@ -1,6 +1,7 @@
 """Unconfigured sources, and configured sensors without measurements."""
 
 import polars as pl
+import pytest
 
 from support.inputs.mistaken import RADARS, Recording, recording
 
@@ -104,6 +105,7 @@ def test_the_losses_of_a_radar_are_reported_beside_a_sensor_without_measurements
     assert found == [("9-10", "no_measurements"), ("1-10", "measurements_lost")]
 
 
+@pytest.mark.slow
 def test_a_source_name_of_any_length_is_quoted_in_short_and_printable_form() -> None:
     one = recording()
     name = "\x1b[31m\n" + "x" * 100_000

@@ -165,6 +165,7 @@ def test_lines_in_print_differ_without_colours() -> None:
     assert _dashes(for_print).count("") == _dashes(colours).count("") - 4
 
 
+@pytest.mark.slow
 def test_each_plot_becomes_an_svg_and_a_pdf_with_reproducible_bytes(tmp_path: Path) -> None:
     result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
     folders = [tmp_path / name for name in ("a", "b")]
@@ -186,6 +187,7 @@ def test_each_plot_becomes_an_svg_and_a_pdf_with_reproducible_bytes(tmp_path: Pa
     assert len(colours) > 3
 
 
+@pytest.mark.slow
 def test_a_file_is_named_after_its_title_without_values(tmp_path: Path) -> None:
     titles = ("Figure 3: a = 1 m/s², v = 3 °/s", "NEES, v = 3", "Errors from t* = 5 s", "A: b, c")
     plots = [Plot(title, "x", "y", (Series("s", X, X),)) for title in titles]

@@ -18,6 +18,7 @@ from multiradar_schemas.products.track import TRACK_SCHEMA, TrackUpdate
 from support.inputs.messages import SENSORS_TOML, adsb, radar, without
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_files_also_over_those_of_before(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -67,6 +67,7 @@ def test_runs_share_the_paths_and_differ_in_the_noise() -> None:
     assert not np.any(first.states[0] == other.states[0])
 
 
+@pytest.mark.slow
 def test_biases_drift_at_the_published_rate() -> None:
     scenario = replace(builtin_scenario("report-1-6-drift"), duration_s=100.0)
     walks = [flat_plots(scenario, np.random.default_rng(seed)).biases for seed in range(60)]

@@ -94,6 +94,7 @@ def test_white_acceleration_has_the_configured_density() -> None:
     assert sigma[2:] == pytest.approx(np.sqrt(2.0 * 60.0), rel=0.1)
 
 
+@pytest.mark.slow
 def test_white_acceleration_is_exact_within_a_single_step() -> None:
     rng = np.random.default_rng(7)
     wandering = replace(AIRCRAFT, acceleration_density=2.0, speed_mps=0.0)

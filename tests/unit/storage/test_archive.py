@@ -104,6 +104,7 @@ def test_segments_beside_a_service_that_writes_are_complete(tmp_path: Path) -> N
     journal.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", ["open", "sync", "rename"])
 def test_a_run_that_ends_at_any_step_leaves_complete_segments(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str

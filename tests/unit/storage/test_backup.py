@@ -82,6 +82,7 @@ def test_a_restored_journal_has_the_content_of_the_first(tmp_path: Path) -> None
     assert verify_backup(out).damage == ()
 
 
+@pytest.mark.slow
 def test_backups_beside_a_service_have_all_that_was_acknowledged(tmp_path: Path) -> None:
     path = tmp_path / "state" / "journal.sqlite"
     journal = _written(path)

@@ -121,6 +121,7 @@ def test_every_flipped_bit_of_the_log_is_reported(killed: Path, tmp_path: Path) 
         assert _reported(killed, tmp_path / "work", "journal.db-wal", damaged, expected), bit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["killed", "stopped"])
 def test_no_flipped_bit_of_the_database_loses_entries(
     state: str, request: pytest.FixtureRequest, tmp_path: Path
@@ -387,6 +388,7 @@ def _running(tmp_path: Path) -> Iterator[tuple[Path, list[int]]]:
     journal.close()
 
 
+@pytest.mark.slow
 def test_a_copy_of_a_running_journal_is_complete_or_says_what_is_missing(
     running: tuple[Path, list[int]], tmp_path: Path
 ) -> None:

@@ -97,6 +97,7 @@ def test_a_changed_type_of_the_column_is_damage(tmp_path: Path) -> None:
             changed.execute("UPDATE entry SET rejects = ? WHERE sequence = ?", (kept, sequence))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 15, 16, 99_000])
 def test_rejects_cost_at_most_twice_the_rows(count: int) -> None:
     random = np.random.default_rng(4)

@@ -179,6 +179,7 @@ def test_an_entry_is_verified_when_it_is_found_by_its_key(tmp_path: Path) -> Non
     journal.close()
 
 
+@pytest.mark.slow
 def test_each_byte_of_one_payload_is_covered(tmp_path: Path) -> None:
     path, damaged = tmp_path / "journal.db", tmp_path / "damaged.db"
     _written(path)
@@ -319,6 +320,7 @@ def _can_trace() -> bool:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not _can_trace(), reason="needs strace, and leave to trace")
 @pytest.mark.parametrize("call", [12, 16, 20])
 def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> None:

@@ -66,6 +66,7 @@ def test_rows_come_in_order_of_time_whatever_the_size_of_the_runs(
     assert list(rows.columns) == [*MEASUREMENT_SCHEMA, "index"]
 
 
+@pytest.mark.slow
 def test_pieces_of_a_long_recording_are_bounded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -233,6 +233,7 @@ def _writing(journal: SqliteJournal, path: Path) -> Iterator[SimpleNamespace]:
         thread.join()
 
 
+@pytest.mark.slow
 def test_nothing_is_damaged_beside_a_service_that_writes(tmp_path: Path) -> None:
     path = tmp_path / "journal.sqlite"
     journal = _written(path)

@@ -3,6 +3,8 @@
 import os
 import sys
 
+import pytest
+
 from multiradar_compiled.ahead import missing_kernels
 from multiradar_compiled.kernel_list import kernels_for
 from support.processes.commands import ended, fork
@@ -16,6 +18,7 @@ def report() -> None:
     os.write(1, f"{len(getattr(step, 'overloads', ()))} {' '.join(sys.modules)}".encode())
 
 
+@pytest.mark.slow
 def test_a_forked_process_has_modules_and_kernels() -> None:
     reading, writing = os.pipe()
     process = fork(report, streams={1: writing})

@@ -23,6 +23,7 @@ def drawn() -> list[object]:
     return DRAWN.copy()
 
 
+@pytest.mark.slow
 def test_examples_do_not_depend_on_the_run_or_on_what_is_loaded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

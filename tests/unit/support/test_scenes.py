@@ -62,6 +62,7 @@ def test_aircraft_are_seen_only_while_they_live() -> None:
         assert scene.batch.height_m[row] == flight.height_m
 
 
+@pytest.mark.slow
 def test_biases_walk_as_fast_as_asked() -> None:
     rng = np.random.default_rng(6)
     radars = [replace(one, drifts={0: 2.0}) for one in three_radars()]

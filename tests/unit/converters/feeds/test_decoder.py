@@ -402,6 +402,7 @@ def of_pieces(*blocks: bytes, bytes_max: int = RECORD_BYTES_MAX) -> Batch:
     return counted(decoder.drain())
 
 
+@pytest.mark.slow
 def test_the_result_does_not_depend_on_where_the_text_is_split() -> None:
     whole = of_pieces(MIXED)
     assert (whole.found, whole.duplicate, whole.other, len(whole.rejected)) == (5, 1, 1, 1)

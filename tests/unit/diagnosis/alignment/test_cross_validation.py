@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from multiradar.diagnosis.alignment.cross_validation import (
     cross_validate,
@@ -62,6 +63,7 @@ def test_residuals_of_a_radar_are_its_biases() -> None:
     assert abs(np.degrees(np.median(azimuths)) - 0.4) < 0.02
 
 
+@pytest.mark.slow
 def test_a_drift_is_found_and_constant_biases_have_none() -> None:
     scene = PairScene(BIASES, aircraft=10, duration_s=2400.0, reference=True)
     for drift_m_per_h, drifts in ((0.0, False), (300.0, True)):

@@ -46,6 +46,7 @@ def errors(scene: PairScene, seed: int) -> Floats:
     return np.asarray((found.estimate - truth(problem, scene)) / sigma)
 
 
+@pytest.mark.slow
 def test_biases_and_their_sigma() -> None:
     scene = PairScene(BIASES)
     normalised = np.array([errors(scene, seed) for seed in range(12)])
@@ -65,6 +66,7 @@ def test_a_radar_without_plots_changes_no_bias_of_the_others() -> None:
     np.testing.assert_allclose(found[1].estimate[:4] / sigma, found[0].estimate / sigma, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_range_gain_and_time_offset() -> None:
     biases = {"A": (100.0, 0.1, 0.001, 0.3), "B": (0.0, 0.0, 0.0, 0.0)}
     scene = PairScene(biases, ("range_gain", "time_offset_s"), reference=True, aircraft=60)
@@ -77,6 +79,7 @@ def test_range_gain_and_time_offset() -> None:
     assert sigma[kinds == 3].max() < 0.05
 
 
+@pytest.mark.slow
 def test_eccentric_antenna_and_late_adsb() -> None:
     scene = PairScene(
         {"A": (100.0, 0.1, 0.0, 0.0), "B": (-50.0, -0.1, 0.0, 0.0)},
@@ -103,6 +106,7 @@ def test_a_radar_alone_beside_adsb() -> None:
     assert np.abs(errors(scene, 5)).max() < SIGMAS
 
 
+@pytest.mark.slow
 def test_noise_is_that_of_the_plots() -> None:
     _, found = aligned(PairScene(BIASES, reference=True, aircraft=60), 7)
     np.testing.assert_allclose(np.sqrt(found.noise.range_m2[:3]), RANGE_SIGMA_M, rtol=0.15)

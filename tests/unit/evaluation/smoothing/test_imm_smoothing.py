@@ -117,6 +117,7 @@ def exact(one: PositionMeasurements, modes: MotionModes) -> tuple[Floats, Floats
     return middle, spread + np.einsum("s,sni,snj->nij", share, apart, apart)
 
 
+@pytest.mark.slow
 def test_it_is_close_to_the_mixture_over_all_sequences_of_modes() -> None:
     """Two modes and seven positions make 128 sequences; the smoother carries two states."""
     off, of_one, ratio = [], [], []

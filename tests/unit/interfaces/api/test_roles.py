@@ -63,6 +63,7 @@ async def status(caller: httpx.AsyncClient, method: str, path: str, key: str | N
     return answer.status_code
 
 
+@pytest.mark.slow
 async def test_every_route_asks_for_the_role_that_it_declares(
     guarded: FastAPI, caller: httpx.AsyncClient
 ) -> None:
@@ -82,6 +83,7 @@ async def test_every_route_asks_for_the_role_that_it_declares(
     assert asked == 3 * len(list(operations(guarded)))
 
 
+@pytest.mark.slow
 async def test_roles_are_those_of_the_documents(guarded: FastAPI) -> None:
     roles = {path: role_of(operation) for _, path, operation in operations(guarded)}
     assert roles.pop("/v1/measurements") is Role.FEED

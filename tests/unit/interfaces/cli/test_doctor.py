@@ -233,6 +233,7 @@ def test_a_disk_lasts_as_long_as_the_last_entries_say(folder: Path) -> None:
     assert filling.level is Level.WARNING
 
 
+@pytest.mark.slow
 def test_the_rate_counts_the_octets_that_entries_take_on_disk(folder: Path) -> None:
     for size in (100, 3000, 6000, 60_000):
         path = folder / f"{size}" / "journal.sqlite"
@@ -285,6 +286,7 @@ def test_packages_that_are_missing_or_of_another_version(monkeypatch: pytest.Mon
     assert (other.level, "numba 0.1 (expected " in other.text) == (Level.WARNING, True)
 
 
+@pytest.mark.slow
 def test_kernels_that_are_not_compiled_and_a_low_limit_of_files_are_warnings(folder: Path) -> None:
     def few_files() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (300, 300))

@@ -232,6 +232,7 @@ def test_an_internal_error_is_one_sentence_with_a_hint(
         run([], failing)
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_gives_no_traceback() -> None:
     command = f"{sys.executable} -m multiradar track --help | head -c 10; exit ${{PIPESTATUS[0]}}"
     done = run_to_end(["bash", "-c", command])

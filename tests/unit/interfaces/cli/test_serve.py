@@ -58,6 +58,7 @@ def test_a_standby_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert "role" not in json.loads(ready_line(capsys, (), as_json=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -43,6 +43,7 @@ def test_tables_are_shown_and_the_report_is_written(
     assert [path.name for path in tmp_path.iterdir()] == ["fake.html"]
 
 
+@pytest.mark.slow
 def test_a_second_run_does_not_overwrite_the_first_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -83,6 +84,7 @@ def test_json_with_out_writes_the_report_as_well(
     assert (tmp_path / "r.html").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_figures_are_written_beside_the_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -235,6 +237,7 @@ def test_help_names_every_study_with_its_sentence_and_defaults(
             assert f"--runs {entry.runs}" in output
 
 
+@pytest.mark.slow
 def test_help_of_studies_imports_nothing_heavy() -> None:
     code = (
         "import sys\n"

@@ -33,6 +33,7 @@ def expected(engines: Engines) -> str:
     return engines.on_threads()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [(), IDENTITY], ids=["identity", "hidden"])
 @pytest.mark.parametrize("name", ["two-stage", "imm", "blom", "blom-macro", "ci"])
 def test_output_does_not_depend_on_shards_and_their_partitions(
@@ -86,6 +87,7 @@ def test_a_shard_that_cannot_start_is_started_again_after_a_pause(
     assert engines.document["partitions_of_front"] == 0
 
 
+@pytest.mark.slow
 def test_a_shard_has_the_states_of_more_aircraft_than_there_was_room_for(scene: Scene) -> None:
     """Clutter and aircraft fill the first slots of the pool, which then grows."""
     crowd = drifting_traffic(aircraft=CAPACITY_FIRST + 60, duration_s=12.0)

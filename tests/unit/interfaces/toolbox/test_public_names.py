@@ -33,6 +33,7 @@ def test_another_name_is_an_error() -> None:
         mr.trak  # noqa: B018
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "code",
     [

@@ -204,6 +204,7 @@ def end_after_search(rules: SearchRules, aside_m: float) -> float:
     return float(np.median(bundle.ends(last)[:, 1] - truth[1]))
 
 
+@pytest.mark.slow
 def test_a_smaller_weight_of_the_last_plot_attracts_less() -> None:
     """Section 2.7.2: a last plot displaced by three sigmas."""
     light = end_after_search(SearchRules(last_plot=0.01), 150.0)

@@ -91,6 +91,7 @@ def test_both_forms_have_one_theory(name: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["blom", "blom-macro", "ci"])
 def test_a_monte_carlo_has_the_covariance_of_the_theory(name: str) -> None:
     """400 runs of a nearly linear scene: each sum of squares in its 99.99 % band."""

@@ -214,6 +214,7 @@ def test_modes_of_movement_are_reported_where_one_is_likely() -> None:
     assert movement(0.0, 0.51, 0.49, -1.53) == [2, 0, 2]
 
 
+@pytest.mark.slow
 def test_more_tracks_than_numbers_are_left_out_and_counted() -> None:
     tracks = picture()
     many = NUMBERS + 10

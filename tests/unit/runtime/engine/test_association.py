@@ -55,6 +55,7 @@ def transitions(engine: Engine, *batches: MeasurementBatch) -> dict[str, int]:
     return tally.transitions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two-stage", "blom", "blom-macro", "ci"])
 def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: str) -> None:
     settings = replace(NAMELESS, filter_name=name)
@@ -64,6 +65,7 @@ def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: st
         assert played(scene, settings, size, workers)[0] == expected
 
 
+@pytest.mark.slow
 def test_every_filter_tracks_without_identity(scene: Scene) -> None:
     # The sigma and gates of separated filters are too small while biases are being estimated: for
     # 25 aircraft `blom` has 26 to 69 tracks, depending on the scenario.

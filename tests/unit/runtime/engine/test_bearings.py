@@ -118,6 +118,7 @@ def test_a_radar_may_lose_its_range_but_other_kinds_have_no_bearings() -> None:
     assert [RejectCode(code) for code in rejected.code] == [RejectCode.UNKNOWN_KIND]
 
 
+@pytest.mark.slow
 def test_an_unobservable_track_is_reported() -> None:
     """Ranges, then bearings from three sites, then one direction finder: live and offline."""
     scene = bearing_scene.make(seconds=300.0, jammed_s=100.0)
@@ -185,6 +186,7 @@ def test_one_direction_finder_initiates_no_track() -> None:
     assert engine.counts["UNASSOCIATED"] == len(alone.frame)
 
 
+@pytest.mark.slow
 def test_initiation_by_bearings_does_not_depend_on_batches() -> None:
     scene = bearing_scene.make(seconds=60.0, from_s=20.0)
     _, whole = _tracked(scene)

@@ -121,6 +121,7 @@ def test_the_azimuth_bias_of_a_moving_sensor_is_estimated() -> None:
     assert abs(engine.biases.estimate[column] - np.radians(0.7)) < 3.5 * sigma
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filter_name", FILTERS)
 def test_an_elevation_and_a_height_determine_the_distance(filter_name: str) -> None:
     """One fixed direction finder, with Mode C: a track; without: none."""

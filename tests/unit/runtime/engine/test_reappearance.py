@@ -23,6 +23,7 @@ def confirmed(scene: Scene, settings: TrackingSettings) -> TrackUpdates:
     return updates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
 def test_an_aircraft_near_a_lost_track_initiates_a_track(name: str) -> None:
     """A real case: at the edge of its cover the one slowed down, and its velocity was open; 50 s

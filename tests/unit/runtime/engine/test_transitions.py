@@ -143,6 +143,7 @@ def test_a_merged_track_names_the_remaining_one() -> None:
     assert output.transitions.into_track_id[output.transitions.track_id == 2][-1] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
 def test_transitions_do_not_depend_on_batches_and_are_in_order(settings: TrackingSettings) -> None:
     rng = np.random.default_rng(8)

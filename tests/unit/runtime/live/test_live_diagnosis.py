@@ -82,6 +82,7 @@ def test_a_finding_is_reported_for_its_sensor_and_logged_once(
     diagnosis.stop()
 
 
+@pytest.mark.slow
 def test_a_finding_holds_until_three_windows_in_a_row_have_not_found_it() -> None:
     diagnosis = opened()
     (found,) = window(diagnosis, WRONG.frame)
@@ -95,6 +96,7 @@ def test_a_finding_holds_until_three_windows_in_a_row_have_not_found_it() -> Non
     diagnosis.stop()
 
 
+@pytest.mark.slow
 def test_windows_without_the_sensor_do_not_refute_a_finding() -> None:
     diagnosis = opened()
     (found,) = window(diagnosis, WRONG.frame)
@@ -104,6 +106,7 @@ def test_windows_without_the_sensor_do_not_refute_a_finding() -> None:
     diagnosis.stop()
 
 
+@pytest.mark.slow
 def test_findings_of_a_past_time_are_those_that_held_then() -> None:
     times_s = iter([START_S, *(START_S + 60.0 * one for one in range(1, WINDOWS_MAX + 1))])
     diagnosis = opened(lambda: next(times_s))

@@ -162,6 +162,7 @@ def test_the_shares_of_the_disk_are_settings() -> None:
     assert Disk(lambda: None, limits, FixedClock()).alarms() == ([], [])
 
 
+@pytest.mark.slow
 async def test_a_service_that_is_behind_is_not_ready(scene: _Scene) -> None:
     scene.gate.clear()
     scene.entered.clear()

@@ -98,6 +98,7 @@ def _renamed(frame: pl.DataFrame) -> pl.DataFrame:
     return frame.with_columns(sensor_id=pl.when(own).then(pl.lit(NEW)).otherwise("sensor_id"))
 
 
+@pytest.mark.slow
 def test_all_readers_follow_an_added_and_a_moved_radar(run: _Run) -> None:
     frame = recording(900)
     assert not submit(run.service, frame[:400]).rejected

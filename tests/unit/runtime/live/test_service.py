@@ -424,6 +424,7 @@ def _status_sha(service: Service) -> object:
     return service.view.status()["output_sha256"]
 
 
+@pytest.mark.slow
 def test_a_status_during_a_long_call_has_digest_and_entry_of_one_moment(start: Starter) -> None:
     service = start()
     parts = cut(recording(60), [30])

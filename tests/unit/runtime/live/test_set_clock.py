@@ -75,6 +75,7 @@ def _tracks(service: Service) -> set[int]:
     return set(service.view.tracks()["track_id"].to_list())
 
 
+@pytest.mark.slow
 def test_a_step_back_ends_all_tracks_and_a_restart_does_the_same(
     run: Run, journal: MemoryJournal
 ) -> None:

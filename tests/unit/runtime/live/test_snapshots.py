@@ -169,6 +169,7 @@ def test_a_start_after_a_clean_stop_processes_nothing_again(site: Site) -> None:
         ]
 
 
+@pytest.mark.slow
 def test_the_rest_of_the_journal_follows_a_snapshot(site: Site) -> None:
     site.fill()
     site.files[0].unlink()
@@ -217,6 +218,7 @@ def _other_rows(_path: Path, rows: Path) -> None:
     _flip(rows, rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
@@ -330,6 +332,7 @@ def test_an_entry_that_is_skipped_since_then_is_not_in_a_snapshot(
     assert sum("differs from this service in: skipped entries" in line for line in log) == KEPT
 
 
+@pytest.mark.slow
 def test_a_full_disk_costs_the_snapshot_alone(
     site: Site, log: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import polars as pl
+import pytest
 
 from multiradar import wire
 from multiradar.estimation.measurement.plot_rates import plot_paces
@@ -50,6 +51,7 @@ def _storm(rows: int) -> pl.DataFrame:
     return pl.concat([frame, false]).sort("time_s")
 
 
+@pytest.mark.slow
 def test_it_is_named_and_costs_the_others_nothing() -> None:
     service = _service(MemoryJournal())
     try:
@@ -115,6 +117,7 @@ def test_below_its_rate_it_is_named_for_the_tracks_that_it_initiates() -> None:
         service.stop()
 
 
+@pytest.mark.slow
 def test_live_restarted_and_offline_are_the_same() -> None:
     journal, frame = MemoryJournal(), _storm(500)
     service = _service(journal)

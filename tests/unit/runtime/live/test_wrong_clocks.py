@@ -35,6 +35,7 @@ def _wrong(rows: int, offset_s: float) -> pl.DataFrame:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset_s", [10.0, -60.0])
 @pytest.mark.parametrize("live", [True, False])
 def test_it_is_named_and_costs_the_others_nothing(offset_s: float, live: bool) -> None:
@@ -62,6 +63,7 @@ def test_it_is_named_and_costs_the_others_nothing(offset_s: float, live: bool) -
         service.stop()
 
 
+@pytest.mark.slow
 def test_a_restart_gives_the_same_output() -> None:
     journal = MemoryJournal()
     service = _service(journal, None)

@@ -312,6 +312,7 @@ def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:
     return engine.tracks(), engine.plane
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_name: str) -> None:
     """Queries at the ends of shortened streams, compared with the table of the whole.

@@ -44,6 +44,8 @@ from support.processes.live_services import settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.live_scene import START_S, recording, sensors, sensors_file
 
+pytestmark = pytest.mark.slow
+
 TABLE = sensors()
 #: Over the end of an hour of data time.
 FRAME = recording(3600, step_s=1.0)

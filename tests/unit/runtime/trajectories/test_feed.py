@@ -139,6 +139,7 @@ def test_a_track_that_ends_lets_go_and_another_has_its_room(
     assert code_of(feed, JAMMED) == "NO_ROOM"
 
 
+@pytest.mark.slow
 def test_repeated_output_after_a_failure_of_the_engine_changes_nothing(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:

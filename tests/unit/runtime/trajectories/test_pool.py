@@ -172,6 +172,7 @@ def learnt(workers: int) -> tuple[object, ...]:
     return states, dict(pool.outcomes), pool.restarts, pool.tracks, calibration
 
 
+@pytest.mark.slow
 def test_the_number_of_threads_changes_nothing(caplog: pytest.LogCaptureFixture) -> None:
     one = learnt(1)
     states, outcomes, *_ = one

@@ -244,6 +244,7 @@ def test_a_flat_scenario_is_placed_on_the_ellipsoid_at_its_centre() -> None:
     np.testing.assert_allclose(distance, expected, rtol=0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_scenario_too_large_for_memory_is_rejected_first() -> None:
     anywhere = (0.0, 1e5)
     traffic = Traffic(20_000, anywhere, anywhere, (9e3, 9e3), (200.0, 200.0), (0.0, 1.0))

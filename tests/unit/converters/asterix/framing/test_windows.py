@@ -54,6 +54,7 @@ def octets(parts: list[Blocks]) -> int:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_windows_have_the_blocks_of_the_whole(form: str, tmp_path: Path) -> None:
     path = tmp_path / "recording"

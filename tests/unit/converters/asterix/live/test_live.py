@@ -343,6 +343,7 @@ def test_of_unknown_sources_nothing_is_retained() -> None:
     assert set(editions.found) <= {(21, -1), (21, RADAR)}
 
 
+@pytest.mark.slow
 def test_a_source_of_an_unknown_edition_is_quarantined_until_it_fits() -> None:
     """It is tried again and again: a link may be damaged for a while."""
     bad = block(48, record((1, "1482"), (2, "000001"), (7, "80")))
@@ -375,6 +376,7 @@ def test_footers_of_datagrams_are_framing_once_some_agree() -> None:
     assert rejected == [1] * 4 + [0] * 16
 
 
+@pytest.mark.slow
 def test_clocks_and_latencies_of_live_sensors_are_those_of_their_latest_messages() -> None:
     one = decoder()
     for number in range(30):

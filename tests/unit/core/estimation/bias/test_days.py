@@ -101,6 +101,7 @@ def test_merged_days_are_one_run_over_all_of_them() -> None:
     np.testing.assert_allclose(found.covariance / whole.covariance, 1.0, rtol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chained", [False, True])
 def test_p_values_are_uniform_without_a_change(*, chained: bool) -> None:
     """Also of chained days, whose estimates are not independent."""
@@ -150,6 +151,7 @@ def test_a_step_is_found_where_it_is(*, chained: bool) -> None:
     assert scatter(own, ALL[:1]).p_value > P_MIN
 
 
+@pytest.mark.slow
 def test_a_linear_drift_is_recovered() -> None:
     random = np.random.Generator(np.random.PCG64(6))
     errors = []

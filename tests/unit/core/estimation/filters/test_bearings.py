@@ -82,6 +82,7 @@ def plain(name: str, scene: Scene) -> ReferenceFilter:
     return JointKalman(model, bias_prior(scene), ACCELERATION)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TAKES)
 def test_a_bearing_is_the_limit_of_a_plot_with_growing_range_variance(name: str) -> None:
     """1e-4 of a sigma: (1 km / 1e7 m)² of each plot, over some hundred plots."""

@@ -295,6 +295,7 @@ def test_readout_includes_the_biases(name: str) -> None:
             one.publish()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_reported_positions_need_no_biases(name: str) -> None:
     """ADS-B and radar, as in the plain form. Only the exact filters estimate biases with it."""
@@ -353,6 +354,7 @@ def test_the_exact_filters_are_consistent(name: str) -> None:
         assert low < np.mean(values) < high
 
 
+@pytest.mark.slow
 def test_covariance_intersection_is_conservative() -> None:
     """Its bounds are conservative: the NEES is below that of a consistent filter."""
     for values, size in zip(normalised_errors("ci", 12), (4, 6), strict=True):

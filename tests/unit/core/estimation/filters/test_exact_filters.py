@@ -48,6 +48,7 @@ def inputs(
     return sensors, plots, starts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["linearised", "polar"])
 def test_two_stage_equals_joint_at_every_second_of_the_report(form: Form) -> None:
     """45 000 plots minus one in ten: 1e-6 m, and 1e-9 of the variances."""

@@ -77,6 +77,7 @@ def squared_errors(name: str, density: float, *, anchored: bool) -> tuple[float,
     return total, count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TIMED)
 @pytest.mark.parametrize("density", [0.1, 4.0])
 def test_a_common_delay_remains_unobservable(name: str, density: float) -> None:

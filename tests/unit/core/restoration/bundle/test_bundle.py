@@ -51,6 +51,7 @@ def test_accelerations_are_estimated_in_a_turn() -> None:
     assert now.heading_rad == pytest.approx(truth.heading_rad[0] % (2 * np.pi), abs=0.05)
 
 
+@pytest.mark.slow
 def test_bundle_estimates_are_consistent() -> None:
     squares = []
     for seed in range(12):
@@ -139,6 +140,7 @@ def test_best_and_mean_are_close_where_one_kind_of_motion_prevails() -> None:
         assert best.speed_mps == pytest.approx(mean.speed_mps, abs=3.0)
 
 
+@pytest.mark.slow
 def test_cost_and_estimate_do_not_depend_on_the_past() -> None:
     # Sliding the window is not evidence: after an hour of straight flight the estimate for the last
     # plots equals that of a bundle of three minutes, except for the information of 3600 s of the

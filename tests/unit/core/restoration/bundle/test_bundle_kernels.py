@@ -23,6 +23,7 @@ def test_kept_tracks_are_moved_to_the_front(seed: int) -> None:
         np.testing.assert_array_equal(np.sort(moved, axis=0), np.sort(tracks, axis=0))
 
 
+@pytest.mark.slow
 def test_a_step_equals_its_plain_form(monkeypatch: pytest.MonkeyPatch) -> None:
     """A turn, wrong plots, and a sliding window: tracks to 1e-6 of their weights."""
     plots = plots_of(

@@ -194,6 +194,7 @@ def test_plots_accurate_in_one_direction_initiate_tracks() -> None:
     assert bundle.restarts == 0
 
 
+@pytest.mark.slow
 def test_inconsistent_radars_do_not_break_it() -> None:
     flown = flight(((0.0, 0.0), (90.0, 2.0)))
     plots = plots_of(flown, 200.0, np.random.default_rng(29))

@@ -41,6 +41,7 @@ def accelerations() -> list[tuple[float, float]]:
     return [(u, w) for u, w in itertools.product(signed, signed) if abs(w) <= 2.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("v", "t"), FLIGHTS)
 def test_displacements_are_accurate_to_1e9_for_all_accelerations(v: float, t: float) -> None:
     chosen = [(u, w) for u, w in accelerations() if v + w * t > 12.0]

@@ -37,6 +37,7 @@ def flown(straight_s: float, settings: ForecastSettings, until_s: float) -> Floa
     return np.column_stack([place.real, place.imag, way.real, way.imag])[turned]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("until_s", [60.0, 300.0])
 def test_moments_equal_those_of_simulated_flights(until_s: float) -> None:
     settings = ForecastSettings()

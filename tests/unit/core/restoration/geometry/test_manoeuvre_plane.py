@@ -175,6 +175,7 @@ def test_the_normal_points_up() -> None:
     assert fit_proportional(vertical, COVARIANCE).normal == pytest.approx([1.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_planar_motion_is_rejected_at_the_significance_level() -> None:
     """600 circles: p-values are uniform, and √(2 Λ) > √(2 N) + 2 rejects some 2 %, not 0.3 %."""
     rng = np.random.default_rng(5)
@@ -189,6 +190,7 @@ def test_planar_motion_is_rejected_at_the_significance_level() -> None:
     assert planes[0].p_value == pytest.approx(chi2.sf(planes[0].statistic, 57), rel=1e-10)
 
 
+@pytest.mark.slow
 def test_the_sigma_of_the_normal_is_that_of_its_errors() -> None:
     """RMS of the largest tilt over 400 runs: within 12 %, 3.4 sigma."""
     rng = np.random.default_rng(6)

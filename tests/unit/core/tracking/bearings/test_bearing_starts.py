@@ -104,6 +104,7 @@ def test_bearings_with_an_address_alone_initiate_a_track(address: str) -> None:
     assert tracked(named)["mode_s_address"].unique().to_list() == [address]
 
 
+@pytest.mark.slow
 def test_bearings_of_a_target_faster_than_aircraft_initiate_no_track() -> None:
     """Bearings of two sites: 0.2° and 0.06° at 40 km give 30 m/s in 30 s."""
     target = Path((-20e3, 30e3), (600.0, 0.0))

@@ -207,6 +207,7 @@ def _forecast(states: TrackStates, place: int, settings: TrackingSettings) -> tu
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_in_turns_modes_are_more_accurate_than_white_noise_and_consistent() -> None:
     """Bands of the NEES: 400 forecasts, those of one turn being correlated."""
     errors, squares, turning = _forecasts(SETTINGS)

@@ -10,6 +10,7 @@ MEAN = np.array([[1000.0, -500.0, 120.0, 160.0]])
 KNOWN = np.zeros((1, 4, 4))
 
 
+@pytest.mark.slow
 def test_the_moments_are_those_of_many_aircraft() -> None:
     turning_per_s, ahead_s, step_s = 1.0 / 100.0, np.array([30.0, 120.0, 300.0]), 0.5
     rng = np.random.Generator(np.random.PCG64(1))

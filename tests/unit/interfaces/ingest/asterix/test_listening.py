@@ -237,6 +237,7 @@ def test_a_fault_of_the_port_is_counted_and_does_not_stop_the_listener(
     one.until("rows_accepted", 1)
 
 
+@pytest.mark.slow
 def test_a_datagram_that_fails_to_decode_is_quarantined_alone(
     listening: Callable[..., Listening],
 ) -> None:

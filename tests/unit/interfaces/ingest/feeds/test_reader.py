@@ -90,6 +90,7 @@ class Running:
         return found
 
 
+@pytest.mark.slow
 def test_positions_are_submitted_with_the_sensors_of_the_feed() -> None:
     connection = MemoryConnection()
     connection.send(
@@ -110,6 +111,7 @@ def test_positions_are_submitted_with_the_sensors_of_the_feed() -> None:
     assert reject.reason.startswith("one, line 4: expected JSON, BaseStation or mlat-server CSV")
 
 
+@pytest.mark.slow
 def test_snapshots_are_whole_documents() -> None:
     connection = MemoryConnection(whole=True)
     connection.send(*(snapshot(s, [aircraft(s), {"hex": "4ca8d1"}]) for s in (1.0, 2.0)), b"<html>")
@@ -120,6 +122,7 @@ def test_snapshots_are_whole_documents() -> None:
     assert running.sink.rejected[0].reason.startswith("one, octet 0: expected a list of aircraft")
 
 
+@pytest.mark.slow
 def test_a_lost_connection_is_opened_again_and_lines_continue_to_be_counted() -> None:
     connection = MemoryConnection()
     connection.faults.extend(
@@ -166,6 +169,7 @@ def test_the_pause_doubles_up_to_its_maximum_until_data_arrive() -> None:
     assert pauses == [1.0, 2.0, 4.0, 5.0, 1.0, 2.0, 4.0, 5.0]
 
 
+@pytest.mark.slow
 def test_rejects_beyond_the_limit_share_a_row() -> None:
     connection = MemoryConnection()
     connection.send(b"bad\n" * 5 + b'{"a"\n')
@@ -178,6 +182,7 @@ def test_rejects_beyond_the_limit_share_a_row() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_full_journal_is_waited_for_and_a_failed_one_loses_rows() -> None:
     connection = MemoryConnection()
     running = Running(connection)
@@ -190,6 +195,7 @@ def test_a_full_journal_is_waited_for_and_a_failed_one_loses_rows() -> None:
     running.stop()
 
 
+@pytest.mark.slow
 def test_an_internal_error_loses_its_batch_and_not_the_feed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -247,6 +247,7 @@ def test_a_track_without_trajectories_says_why(scene: Scene) -> None:
     assert json.loads(answer.errors[0]) == {"code": "NO_ROOM", "reason": "track 3 waits for room"}
 
 
+@pytest.mark.slow
 def test_expensive_queries_have_a_deadline_and_threads_of_their_own() -> None:
     free = threading.Event()
     held = threading.Barrier(3)

@@ -9,6 +9,8 @@ import pytest
 from multiradar.runtime.live.view import REGION_SILENT
 from support.scenarios.region_scene import CENTRES, SCAN_S, Scene, Unit
 
+pytestmark = pytest.mark.slow
+
 AIRCRAFT = 40
 #: All cross; then a region is not heard; it is heard; another ends, and starts again.
 CROSSED_S, CUT_S, HEARD_S, ENDED_S, CONTINUED_S = 60.0, 70.0, 78.0, 86.0, 96.0

@@ -87,6 +87,7 @@ def test_every_row_has_the_same_columns_and_a_finite_value() -> None:
     assert result.json_object()["study"] == "coupled-motion"
 
 
+@pytest.mark.slow
 def test_a_choice_of_filters_changes_nothing_but_their_rows() -> None:
     some = small(("velocity-frame", "relative-speed"))
     kept = [

@@ -26,6 +26,8 @@ from support.references.compiled_filters import UPPER
 from validation.motion.check_aircraft_derived import AIR, BOTH, FAULTY, ONLY_AIR, STORM
 from validation.motion.check_manoeuvres import Figure, Flown, figures, flights
 
+pytestmark = pytest.mark.slow
+
 Floats = NDArray[np.float64]
 
 

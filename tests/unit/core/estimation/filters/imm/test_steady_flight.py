@@ -7,6 +7,8 @@ from multiradar.tracking.settings import TrackingSettings
 from validation.motion.check_manoeuvres import Place
 from validation.motion.check_steady import EN_ROUTE, TERMINAL, errors_of, scene
 
+pytestmark = pytest.mark.slow
+
 RUNS, AIRCRAFT = 4, 25
 #: Best constant noise under six radars (`check_steady.rows`), m²/s³.
 BEST_DENSITY = 20.0

@@ -58,6 +58,7 @@ def test_the_tables_of_the_paper_are_reproduced(intensity: float) -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("span_s", [1e-3, 1.0, 1e4])
 @pytest.mark.parametrize("degree", [0, 1, 3, 8])
 def test_any_degree_agrees_with_rational_arithmetic(degree: int, span_s: float) -> None:
@@ -176,6 +177,7 @@ def test_unix_times_lose_only_their_own_digits() -> None:
     np.testing.assert_array_equal(forecast(late, 5.0).mean, forecast(early, 5.0).mean)
 
 
+@pytest.mark.slow
 def test_euler_steps_of_the_riccati_equation_diverge_where_the_filter_does_not() -> None:
     """The paper's equations of γ in Euler steps: γ_00(0)/C₂ = 1000 per second for C₂ = 0.1.
 
