@@ -67,6 +67,18 @@ class Subscriber:
         self._query(last)
         self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
 
+    def retained(self, last: int) -> dict[int, dict[str, Any]]:
+        """Stop, and return the updates that the service still has, up to the last one."""
+        self._samples.put(None)
+        self._thread.join()
+        self.updates.clear()
+        after = 0
+        while after < last:
+            self._query_after(after, last - after)
+            after = max(self.updates, default=after)
+        self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
+        return self.updates
+
     def _run(self) -> None:
         while (sample := self._samples.get()) is not None:
             number = int(bytes(sample.attachment or b"0"))
@@ -79,18 +91,21 @@ class Subscriber:
 
     # Query what is missing up to a number.
     def _query(self, last: int) -> None:
-        while len(self.updates) < last:
-            before = len(self.updates)
-            for reply in self._session.get(
-                f"{_TRACKS}?after={before};limit={last - before}",
-                consolidation=zenoh.ConsolidationMode.NONE,
-                timeout=_TIMEOUT_S,
-            ):
-                if reply.ok is not None:
-                    self._note(reply.ok)
-                    self.queried += 1
-            if len(self.updates) == before:
-                threading.Event().wait(_RETRY_S)
+        _wait(lambda: len(self.updates) >= last or self._is_queried(last), "missing update")
+
+    def _is_queried(self, last: int) -> bool:
+        self._query_after(len(self.updates), last - len(self.updates))
+        return len(self.updates) >= last
+
+    def _query_after(self, after: int, count: int) -> None:
+        for reply in self._session.get(
+            f"{_TRACKS}?after={after};limit={count}",
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_TIMEOUT_S,
+        ):
+            if reply.ok is not None:
+                self._note(reply.ok)
+                self.queried += 1
 
     def _note(self, sample: zenoh.Sample) -> None:
         update = json.loads(sample.payload.to_bytes())
