@@ -60,6 +60,7 @@ from multiradar_converters.asterix.report import (
     report_json,
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
+from multiradar_converters.distinct import distinct
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.report_file import extremes
@@ -232,7 +233,7 @@ def _of_file(
     findings.records.update(gathered.records)
     findings.items.update(gathered.items)
     for rows, status in gathered.status:
-        for source in np.unique(rows.source).tolist():
+        for source in distinct(rows.source).tolist():
             last = last_status(status.filter(pl.Series(rows.source == source)))
             findings.status.setdefault(source_name(source), {}).update(last)
     findings.skipped.update(gathered.skipped)

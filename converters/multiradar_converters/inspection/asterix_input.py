@@ -55,6 +55,7 @@ from multiradar_converters.asterix.framing.windows import block_windows
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.program import Walked
 from multiradar_converters.asterix.table import repeated
+from multiradar_converters.distinct import distinct
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.survey import Antenna, FileSurvey, Survey
 from multiradar_schemas.reject import RejectCode
@@ -213,7 +214,7 @@ class _Recording:
         self._account.duplicates += int(again.sum())
         own[places[again]] = False
         pairs = timed.rows.source * len(KINDS) + timed.kind
-        for pair in np.unique(pairs).tolist():
+        for pair in distinct(pairs).tolist():
             rows = np.flatnonzero(pairs == pair)
             figures = self._survey.sensor(
                 (source_name(pair // len(KINDS)), KINDS[pair % len(KINDS)])
@@ -308,7 +309,7 @@ class _Registers:
         if program.layout.category != _BDS_CATEGORY or _BDS_ITEM not in program.places:
             return
         begins = walked.starts[:, program.places[_BDS_ITEM]]
-        for source in np.unique(rows.source).tolist():
+        for source in distinct(rows.source).tolist():
             counts = self.counts.setdefault(source, Counter())
             counts.update(_registers(self._data, begins[rows.source == source]))
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.aircraft_data.figures import DataFigures
+from multiradar_converters.distinct import distinct
 from multiradar_converters.inspection.reports import Integers, Numbers, Reports
 from multiradar_converters.inspection.sampling import Sample
 from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s, why_no_period
@@ -51,7 +52,7 @@ class Seconds:
         """Count reports."""
         second = np.floor(time_s[np.isfinite(time_s)]).astype(np.int64)
         chunk = second // _CHUNK_S
-        for one in np.unique(chunk).tolist():
+        for one in distinct(chunk).tolist():
             if one not in self._chunks and len(self._chunks) >= _CHUNKS_MAX:
                 continue
             counts = self._chunks.setdefault(one, np.zeros(_CHUNK_S, np.int64))
@@ -137,7 +138,7 @@ class SensorFigures:
             own = known[known >= 0]
             setattr(self, name, getattr(self, name) + len(own))
             if len(found) < IDENTITIES_MAX:
-                found.update(np.unique(own).tolist())
+                found.update(distinct(own).tolist())
         self.with_height += int(np.isfinite(reports.height_m).sum())
         self.on_ground += int(reports.on_ground.sum())
         self.data.add(

@@ -15,6 +15,7 @@ from multiradar_converters.adsb.reading.plain import KINDS
 from multiradar_converters.adsb.reading.time_forms import of_day
 from multiradar_converters.adsb.table import reported_data
 from multiradar_converters.aircraft_data.quantities import without
+from multiradar_converters.distinct import distinct
 from multiradar_converters.inspection.reports import Integers, Numbers, Reports
 from multiradar_converters.inspection.survey import FileSurvey, Survey
 from multiradar_converters.vid import fields
@@ -103,7 +104,7 @@ def _add_rows(rows: Rows, file: DumpFile, survey: Survey, options: Options) -> N
     numbers = {name: rows.number(role) for name, role in zip(names, places, strict=True)}
     reports = _of_rows(rows, numbers, code=rows.integer(fields.CODE))
     pairs = (source << _SENSOR_BITS) | sensor
-    for pair in np.unique(pairs).tolist():
+    for pair in distinct(pairs).tolist():
         name = f"{pair >> _SENSOR_BITS}-{pair & ((1 << _SENSOR_BITS) - 1)}"
         _add(survey, (name, "radar"), reports.select(pairs == pair))
 
@@ -194,6 +195,6 @@ def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> 
             aircraft_data=data,
             dropped=dropped,
         )
-        for number in np.unique(kind).tolist():
+        for number in distinct(kind).tolist():
             _add(survey, (KINDS[number], KINDS[number]), reports.select(kind == number))
     account.size = source.unpacked.packed_bytes

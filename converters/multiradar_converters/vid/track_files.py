@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters import new4, plt
+from multiradar_converters.track_text import new4, plt
 from multiradar_converters.vid import _kernels
 from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.records import (

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from multiradar_converters import new4, plt
 from multiradar_converters.errors import LayoutError
+from multiradar_converters.track_text import new4, plt
 
 OZI_EPOCH = dt.datetime(1899, 12, 30, tzinfo=dt.UTC)
 MONTHS = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()  # noqa: SIM905 - reads better

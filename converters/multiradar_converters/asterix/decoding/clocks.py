@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
+from multiradar_converters.distinct import distinct
 
 _DAY_S = 86_400.0
 _TRUNCATED_S = 512.0
@@ -149,7 +150,7 @@ def _before(order: Integers, known: Integers) -> NDArray[np.int64]:
 
 def _references(order: Integers, source: Integers, received_s: Numbers, marks: Marks) -> Numbers:
     reference = np.full(len(order), np.nan)
-    for one in np.unique(source).tolist():
+    for one in distinct(source).tolist():
         rows = np.flatnonzero(source == one)
         own = np.flatnonzero(marks.source == one)
         if len(own):
@@ -165,7 +166,7 @@ def _references(order: Integers, source: Integers, received_s: Numbers, marks: M
 
 def _by_antenna(order: Integers, source: Integers, azimuth_deg: Numbers, marks: Marks) -> Numbers:
     times = np.full(len(order), np.nan)
-    for one in np.unique(source).tolist():
+    for one in distinct(source).tolist():
         own = np.flatnonzero((marks.source == one) & ~np.isnan(marks.sector_deg))
         if not len(own):
             continue

@@ -16,6 +16,7 @@ from multiradar_converters.asterix.layout.catalogue import layout_of, layouts_of
 from multiradar_converters.asterix.layout.columns import Columns, Integers
 from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import program_of, walk
+from multiradar_converters.distinct import distinct, distinct_places
 from multiradar_converters.errors import ProfileError
 
 #: Maximum blocks of a sensor and category that are tried.
@@ -181,7 +182,7 @@ def sources_of(blocks: Blocks) -> Integers:
 def _pairs(blocks: Blocks, sources: Integers) -> tuple[list[tuple[int, Source]], Integers]:
     """Return the categories and sources, and their index for each block."""
     keys = blocks.data[blocks.begins].astype(np.int64) << 32 | (sources + 1)
-    distinct, place = np.unique(keys, return_inverse=True)
+    distinct, place = distinct_places(keys)
     return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in distinct.tolist()], place
 
 
@@ -189,5 +190,5 @@ def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> Misfit:
     """Count blocks that do not fit a layout, and those with impossible values."""
     walked = walk(program_of(layout), blocks.data, blocks.begins[some] + 3, blocks.ends[some])
     impossible = impossible_records(Columns(walked, blocks.data))
-    strange = len(np.unique(walked.records[impossible, 0]))
+    strange = len(distinct(walked.records[impossible, 0]))
     return int((walked.faults[:, 0] != _kernels.FITS).sum()), strange

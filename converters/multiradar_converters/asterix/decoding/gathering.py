@@ -24,6 +24,7 @@ from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import REASONS, Walked, program_of, walk
+from multiradar_converters.distinct import distinct
 from multiradar_schemas.reject import RejectCode
 
 #: Categories of another SDPS: system tracks and sensor status.
@@ -219,7 +220,7 @@ def decode_blocks(
     _quarantine_unfit(gathered, np.flatnonzero(numbers == UNFIT), named, editions)
     for first in range(0, len(numbers), at_once):
         part = numbers[first : first + at_once]
-        for number in np.unique(part[part >= 0]).tolist():
+        for number in distinct(part[part >= 0]).tolist():
             own = first + np.flatnonzero(part == number)
             walked, rows = _decode(gathered, own, sources[own], known[number])
             if not len(rows.order):
@@ -354,7 +355,7 @@ def _rows(blocks: Blocks, own: Integers, sources: Integers, walked: Walked) -> R
 def _count_items(gathered: Gathered, rows: Rows, walked: Walked) -> None:
     category, names = walked.program.layout.category, walked.program.names
     items = [k for k, name in enumerate(names) if "/" not in name and "+" not in name]
-    for source in np.unique(rows.source).tolist():
+    for source in distinct(rows.source).tolist():
         present = (walked.starts[rows.source == source][:, items] >= 0).sum(axis=0)
         for k, count in zip(items, present.tolist(), strict=True):
             if count:

@@ -15,6 +15,7 @@ import numpy as np
 
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_converters.distinct import distinct
 from multiradar_converters.errors import ProfileError
 from multiradar_schemas.sensors.sensor import Sensor
 
@@ -166,7 +167,7 @@ def located(targets: Targets, source: Integers, references: References) -> Targe
     if not local.any():
         return targets
     latitude, longitude = targets.latitude_deg.copy(), targets.longitude_deg.copy()
-    for one in np.unique(source[local]).tolist():
+    for one in distinct(source[local]).tolist():
         if one in references:
             own = local & (source == one)
             latitude[own], longitude[own] = positions_of(

@@ -16,6 +16,7 @@ from multiradar_converters.asterix.decoding.bounds import DAY_S
 from multiradar_converters.asterix.decoding.services import Services
 from multiradar_converters.asterix.decoding.timing import Timed
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
+from multiradar_converters.distinct import distinct
 
 #: Codes of alarms: even the fastest messages are received too early or too late; or only even the
 #: fastest reports too late.
@@ -153,7 +154,7 @@ def sensor_clocks(found: Differences) -> dict[int, SensorClock]:
     """
     return {
         source: sensor_clock(found.delay_s[own & found.report], found.delay_s[own & ~found.report])
-        for source in np.unique(found.source).tolist()
+        for source in distinct(found.source).tolist()
         if (own := found.source == source).any()
     }
 

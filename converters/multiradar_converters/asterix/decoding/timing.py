@@ -14,6 +14,7 @@ from multiradar_converters.asterix.decoding.services import Services, antenna_pe
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_converters.distinct import distinct, distinct_places
 from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start, begins_before_midnight
 
 #: Kinds of measurement, by number.
@@ -147,7 +148,7 @@ def reported_references(antennas: Mapping[int, AntennaStatus]) -> dict[int, Refe
 
 def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:
     """Return the value of the source of each row; NaN if absent."""
-    distinct, place = np.unique(source, return_inverse=True)
+    distinct, place = distinct_places(source)
     return np.array([values.get(one, np.nan) for one in distinct.tolist()], np.float64)[place]
 
 
@@ -167,7 +168,7 @@ def into_days(time_s: Numbers, source: Integers) -> Flags:
         Whether each is kept: within an hour of neighbouring rows of its source.
     """
     kept = np.zeros(len(time_s), dtype=np.bool_)
-    sources = np.unique(source).tolist()
+    sources = distinct(source).tolist()
     starts = {
         one: agreed_start(time_s[source == one][:_FIRST_ROWS].tolist(), "seconds-of-day")
         for one in sources
@@ -241,7 +242,7 @@ def marks_of(rows: Rows, targets: Targets, service_rows: Rows, services: Service
 
 def _antennas(rows: Rows, services: Services) -> dict[int, AntennaStatus]:
     antennas = {}
-    for source in np.unique(rows.source).tolist():
+    for source in distinct(rows.source).tolist():
         own = np.flatnonzero(rows.source == source)
         times = services.time_s[own]
         given = ~np.isnan(times)

@@ -32,7 +32,7 @@ def track_points(folder: Path, report: Mapping[str, Any]) -> "pl.DataFrame | Non
     import polars as pl
 
     from multiradar.report.times import is_dated
-    from multiradar_converters import new4
+    from multiradar_converters.track_text import new4
     from multiradar_converters.vid.text.times import unix_start
 
     aircraft = sorted(one for one in folder.iterdir() if one.is_dir() and one.name.isdecimal())

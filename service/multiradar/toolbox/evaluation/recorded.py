@@ -119,8 +119,8 @@ def dump_tracks(given: Path) -> pl.DataFrame:
     InputError
         A file cannot be read.
     """
-    from multiradar_converters import new4
     from multiradar_converters.errors import ConversionError
+    from multiradar_converters.track_text import new4
     from multiradar_converters.vid.text.times import unix_start
 
     files = [given] if given.suffix == ".new4" else sorted(_track_files(given))
