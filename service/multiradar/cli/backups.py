@@ -198,7 +198,8 @@ def restore(
     _print(
         json_wanted, asdict(found),
         f"{state}: {counted}; verified. Start the service with: multiradar serve "
-        f"--state {state}{configured}",
+        f"--state {state}{configured}, and the other options of the former service (address, "
+        "history, credentials, standby), which a backup does not contain",
     )  # fmt: skip
 
 
