@@ -366,3 +366,19 @@ def test_no_room_for_the_index_of_the_log_is_a_full_disk(name: str, words: str) 
     error.sqlite_errorname = name
     with pytest.raises(JournalError, match=words), journal_errors(Path("journal.sqlite")):
         raise error
+
+
+def test_a_journal_whose_creation_a_power_failure_interrupted_is_created_again(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "journal"
+    SqliteJournal(path, FINGERPRINT).close()
+    # The file was enlarged, its first page not written; its rollback journal was synced before:
+    # magic, no pages, nonce, 0 pages to restore, sectors of 512 octets, pages of 4096.
+    path.write_bytes(bytes(4096))
+    numbers = b"".join(number.to_bytes(4, "big") for number in (0, 1, 0, 512, 4096))
+    header = bytes.fromhex("d9d505f920a163d7") + numbers
+    (tmp_path / "journal-journal").write_bytes(header.ljust(512, b"\0"))
+    journal = SqliteJournal(path, FINGERPRINT)
+    assert journal.append([entry(1)]) == [1]
+    journal.close()

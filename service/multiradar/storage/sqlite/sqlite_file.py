@@ -57,9 +57,12 @@ def check_file_type(path: Path) -> None:
     SQLite knows: the file is not opened otherwise, because closing it would release the locks of a
     connection that this process may have (https://www.sqlite.org/howtocorrupt.html, section 2.2).
     But SQLite treats a file of one octet as an empty database, and overwrites it.
+
+    With a rollback journal beside it, the creation of the database was interrupted: SQLite restores
+    the empty file when it is opened for writing.
     """
     size = file_size(path)
-    if size == 0:
+    if size == 0 or path.with_name(f"{path.name}-journal").exists():
         return
     known = size >= len(_MAGIC)
     if known:
