@@ -297,7 +297,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_plot_048, lost=9),
         ("inspect", "a.ast"),
         1,
-        ("the file ends inside a block", "probably truncated during copying"),
+        ("the file ends inside the block", "probably truncated during copying"),
     ),
     Mistake(
         "inspect: a recording appended to itself",

@@ -43,11 +43,15 @@ from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingS
 from multiradar_schemas.documents.contents import SETTINGS, toml_content
 from multiradar_schemas.documents.files import Document, read_toml
 from multiradar_schemas.documents.mistakes import mistakes_in
-from multiradar_schemas.documents.names import shown, unknown
+from multiradar_schemas.documents.names import nearest, shown, unknown
 from multiradar_schemas.errors import DocumentError
 
 ENVIRONMENT_PREFIX = "MULTIRADAR_"
 ENVIRONMENT_DELIMITER = "__"
+#: Variables with the prefix that are no settings.
+OTHER_VARIABLES = ("MULTIRADAR_KEY", "MULTIRADAR_TRACEBACK")
+# Variables of Kubernetes for a service named "multiradar" or "multiradar-…".
+_LINKS = re.compile(r"(\w+_)?(service_(host|port(_\w+)?)|port_\d+_(tcp|udp|sctp)(_\w+)?)")
 
 _MIB = 1024 * 1024
 _UNKNOWN = re.compile(r"unknown setting '(\w+)'")
@@ -389,7 +393,7 @@ def _check_environment(environment: Mapping[str, str]) -> None:
         if name.upper() == key:
             continue
         if not delimiter:
-            _check_variable(name, key.lower())
+            _check_variable(name, key.lower(), value)
             continue
         if section.lower() in sections:
             continue
@@ -397,15 +401,23 @@ def _check_environment(environment: Mapping[str, str]) -> None:
         raise ConfigurationError(f"environment: {name} (= {shown(value)}): {reason}")
 
 
-def _check_variable(name: str, key: str) -> None:
-    # Other components have variables of their own. A variable that names a setting without its
-    # section, or with a single underscore, would have no effect.
-    for section, kind in _sections().items():
-        for field in kind.model_fields:
-            if key in (field, f"{section}_{field}"):
-                meant = f"{ENVIRONMENT_PREFIX}{section}{ENVIRONMENT_DELIMITER}{field}".upper()
-                msg = f"environment: unknown variable {name} (did you mean {meant}?)"
-                raise ConfigurationError(msg)
+def _check_variable(name: str, key: str, value: str) -> None:
+    linked = _LINKS.fullmatch(key) or (key.endswith("port") and "://" in value)
+    if key in Settings.model_fields or name in OTHER_VARIABLES or linked:
+        return
+    sections = _sections()
+    known = [one for one in Settings.model_fields if one not in sections]
+    known += [
+        f"{section}__{field}" for section, kind in sections.items() for field in kind.model_fields
+    ]
+    # The section is omitted more often than a name is misspelt.
+    bare = [one for one in known if one.partition(ENVIRONMENT_DELIMITER)[2] == key]
+    meant = bare[0] if bare else nearest(key, known)
+    hint = f" (did you mean {ENVIRONMENT_PREFIX}{meant.upper()}?)" if meant else ""
+    raise ConfigurationError(
+        f"environment: unknown variable {name}{hint}; settings are "
+        f"{ENVIRONMENT_PREFIX}SECTION{ENVIRONMENT_DELIMITER}SETTING"
+    )
 
 
 def _sections() -> dict[str, type[Section]]:

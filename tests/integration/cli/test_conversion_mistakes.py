@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import run
-from support.asterix.octets import block, plot_048
+from support.asterix.octets import block, final_format, plot_048, rply
 
 PLOTS = 40
 
@@ -42,6 +42,16 @@ def pcap(parts: list[bytes]) -> bytes:
     return struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65_535, 101) + b"".join(packets)
 
 
+def final(parts: list[bytes]) -> bytes:
+    """Return a recording in Final format."""
+    return final_format((30_000.0 + 0.1 * number, one) for number, one in enumerate(parts))
+
+
+def replayed(parts: list[bytes]) -> bytes:
+    """Return a `.rply` recording."""
+    return rply((100, one) for one in parts)
+
+
 def converted(folder: Path, data: bytes, name: str, *options: str) -> int:
     """Convert a recording; return the status."""
     file = folder / name
@@ -52,8 +62,8 @@ def converted(folder: Path, data: bytes, name: str, *options: str) -> int:
 @pytest.mark.parametrize(
     ("make", "name", "words"),
     [
-        (gps, "a.gps", "the file ends inside a block"),
-        (pcap, "a.pcap", "the file ends inside a packet"),
+        (gps, "a.gps", "the file ends inside the block"),
+        (pcap, "a.pcap", "the file ends inside the packet"),
     ],
 )
 def test_a_truncated_recording_is_named(
@@ -73,11 +83,28 @@ def test_a_truncated_recording_is_named(
     assert "probably truncated during copying" in said
 
 
+@pytest.mark.parametrize("make", [gps, b"".join, final, replayed])
+@pytest.mark.parametrize("left", [1, 2])
+def test_a_recording_cut_inside_the_head_of_a_block_is_named(
+    make: Callable[[list[bytes]], bytes],
+    left: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    some = blocks()
+    at = len(make(some[:-1]))
+    assert converted(tmp_path, make(some)[: at + left], "recording") == 1
+    counted = "1 octet" if left == 1 else "2 octets"
+    said = capsys.readouterr().err
+    assert "recording: the file ends inside the " in said
+    assert f" at octet {at}, after {counted}; probably truncated during copying" in said
+
+
 @pytest.mark.parametrize(
     ("make", "name", "words"),
     [
-        (gps, "a.gps", "the file ends inside a block"),
-        (b"".join, "a.ast", "the file ends inside a block"),
+        (gps, "a.gps", "the file ends inside the block"),
+        (b"".join, "a.ast", "the file ends inside the block"),
     ],
 )
 def test_an_inspection_names_a_truncated_recording(

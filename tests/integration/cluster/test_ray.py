@@ -19,7 +19,7 @@ from validation.service.namespace import in_namespace, why_no_namespace
 from validation.tracker.archive_days import date_of, write_days
 
 #: With this variable set, missing Ray or a missing namespace is an error.
-REQUIRED = "MULTIRADAR_CLUSTER_REQUIRED"
+REQUIRED = "TEST_CLUSTER_REQUIRED"
 
 Found = dict[str, Any]
 

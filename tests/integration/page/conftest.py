@@ -24,7 +24,7 @@ from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S
 
 #: With this variable set, a missing browser is an error.
-REQUIRED = "MULTIRADAR_BROWSER_REQUIRED"
+REQUIRED = "TEST_BROWSER_REQUIRED"
 #: Names of the browser; the first that is installed is used.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 #: Without a screen and a graphics processor, and without connections of the browser's own; pages

@@ -13,8 +13,8 @@ from support.processes.served import SENSORS, Served, free_port, run
 from support.processes.waiting import pause, wait_until
 from support.scenarios.live_scene import recording
 
-#: `MULTIRADAR_KILLS=50` for the long run.
-KILLS = max(int(os.environ.get("MULTIRADAR_KILLS", "3")), 1)
+#: `TEST_KILLS=50` for the long run.
+KILLS = max(int(os.environ.get("TEST_KILLS", "3")), 1)
 ROWS_A_KILL = 500
 ROWS = 300
 

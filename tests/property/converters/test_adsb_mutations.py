@@ -1,6 +1,6 @@
 """Damaged trajectories: no crash, no hang, every record accounted for, whatever is changed.
 
-`MULTIRADAR_ADSB_MUTATIONS` says how many files are tried in each form; the suite tries a few.
+`TEST_ADSB_MUTATIONS` says how many files are tried in each form; the suite tries a few.
 """
 
 import os
@@ -25,7 +25,7 @@ from support.scenarios.trajectories import (
     trace,
 )
 
-COUNT = int(os.environ.get("MULTIRADAR_ADSB_MUTATIONS", "30"))
+COUNT = int(os.environ.get("TEST_ADSB_MUTATIONS", "30"))
 REPORTS = [
     report(k, icao24=f"3c00{k % 7:02x}", squawk=k % 7, onground=False, geoaltitude=35_000)
     for k in range(60)

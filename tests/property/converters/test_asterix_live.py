@@ -24,7 +24,7 @@ DAY_S = 86_400.0
 BEGIN_S = 19_675 * DAY_S - 20.0
 NAMES = {(0x1482, "radar"): "20-130", (0x1401, "radar"): "20-1"}
 #: Mutated datagrams that are tried.
-MUTATIONS = int(os.environ.get("MULTIRADAR_ASTERIX_MUTATIONS", "3000"))
+MUTATIONS = int(os.environ.get("TEST_ASTERIX_MUTATIONS", "3000"))
 
 
 def traffic(generator: random.Random, timed: float = 0.7) -> list[tuple[float, bytes]]:

@@ -1,6 +1,6 @@
 """No octets crash or stop the decoder, and each octet is accounted for.
 
-A million blocks: `MULTIRADAR_ASTERIX_MUTATIONS=1000000 pytest` with this file (some eight minutes).
+A million blocks: `TEST_ASTERIX_MUTATIONS=1000000 pytest` with this file (some eight minutes).
 """
 
 import os
@@ -27,7 +27,7 @@ from support.asterix.octets import (
     record,
 )
 
-BLOCKS = int(os.environ.get("MULTIRADAR_ASTERIX_MUTATIONS", "12000"))
+BLOCKS = int(os.environ.get("TEST_ASTERIX_MUTATIONS", "12000"))
 AT_ONCE = 2000
 
 SEEDS = (

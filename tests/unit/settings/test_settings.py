@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from multiradar.errors import ConfigurationError
-from multiradar.settings.service import load_settings
+from multiradar.ingest.replay.http import KEY_VARIABLE
+from multiradar.settings.service import Settings, load_settings
+from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -126,6 +128,14 @@ def test_a_wrong_key_or_value_is_reported_in_one_sentence(
             "1",
             "MULTIRADAR_SERVR__PORT (= '1'): unknown section 'servr' (did you mean 'server'",
         ),
+        (
+            "MULTIRADAR_REORDER_HORIZON_SEC",
+            "4",
+            "unknown variable MULTIRADAR_REORDER_HORIZON_SEC (did you mean "
+            "MULTIRADAR_TRACKING__REORDER_HORIZON_S?)",
+        ),
+        ("MULTIRADAR_WORKRES", "2", "MULTIRADAR_WORKRES (did you mean MULTIRADAR_WORKERS?)"),
+        ("MULTIRADAR_XYZ", "2", "MULTIRADAR_XYZ; settings are MULTIRADAR_SECTION__SETTING"),
     ],
 )
 def test_a_wrong_variable_is_reported(
@@ -135,6 +145,30 @@ def test_a_wrong_variable_is_reported(
     with pytest.raises(ConfigurationError) as fault:
         load_settings()
     assert sentence in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [
+        (KEY_VARIABLE, "secret"),
+        (TRACEBACK_VARIABLE, "1"),
+        # Of Kubernetes, for a service of this name.
+        ("MULTIRADAR_SERVICE_HOST", "10.0.0.1"),
+        ("MULTIRADAR_LIVE_SERVICE_PORT_HTTP", "8321"),
+        ("MULTIRADAR_PORT_8321_TCP_ADDR", "10.0.0.1"),
+        ("MULTIRADAR_PORT", "tcp://10.0.0.1:8321"),
+    ],
+)
+def test_variables_that_are_no_settings_are_ignored(
+    variable: str, value: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(variable, value)
+    assert load_settings() == Settings()
+
+
+def test_a_setting_outside_the_sections_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MULTIRADAR_WORKERS", "3")
+    assert load_settings().workers == 3
 
 
 def test_a_missing_file_is_reported(file: Path) -> None:

@@ -24,8 +24,8 @@ from support.inputs.journal_entries import entry
 FINGERPRINT = "a" * 64
 FILES = ("journal.db", "journal.db-wal", "journal.db-tip")
 ENTRIES = 30
-#: Flipped bits of a file; `MULTIRADAR_FLIPS=5000` for the long run.
-FLIPS = int(os.environ.get("MULTIRADAR_FLIPS", "60"))
+#: Flipped bits of a file; `TEST_FLIPS=5000` for the long run.
+FLIPS = int(os.environ.get("TEST_FLIPS", "60"))
 _FRAME = 24 + 4096
 
 

@@ -19,7 +19,14 @@ from multiradar_converters.asterix.decoding.services import Services, read_servi
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
 from multiradar_converters.asterix.framing.capture import CUT_PACKET
-from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, PADDING, SKIPPED, Blocks
+from multiradar_converters.asterix.framing.containers import (
+    FINAL_FORMAT,
+    HEAD,
+    PADDING,
+    REPLAY_FILE,
+    SKIPPED,
+    Blocks,
+)
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
@@ -36,6 +43,9 @@ BLOCKS_AT_ONCE = 1 << 14
 # Exceeds the records of a block, so that block index times this plus the index of the record in the
 # block orders the records of a file.
 _RECORDS_OF_BLOCK = 1 << 16
+
+# What a file consists of, by its form, if not of blocks.
+_UNITS = {FINAL_FORMAT: "envelope", REPLAY_FILE: "datagram"}
 
 
 @dataclass(frozen=True)
@@ -157,17 +167,21 @@ def _mark_truncated(gathered: Gathered) -> None:
     blocks = gathered.blocks
     for number, (_, octets, reason) in enumerate(blocks.gaps):
         if reason == CUT_PACKET:
-            _truncate(gathered, number, f"the file ends inside a packet, after {octets} octets")
+            _truncate(gathered, number, "packet", f"{octets} octets")
             return
     if blocks.cut:
         number = len(gathered.broken) - 1
-        what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
-        of_all = f"{gathered.broken[number].octets} of {blocks.cut} octets"
-        _truncate(gathered, number, f"the file ends inside {what}, after {of_all}")
+        there = gathered.broken[number].octets
+        counted = "1 octet" if there == 1 else f"{there} octets"
+        # Without all octets of the length, it is unknown.
+        after = f"{there} of {blocks.cut} octets" if there >= HEAD else counted
+        what = _UNITS.get(blocks.form, "block")
+        _truncate(gathered, number, what, after)
 
 
-def _truncate(gathered: Gathered, number: int, reason: str) -> None:
+def _truncate(gathered: Gathered, number: int, what: str, after: str) -> None:
     broken = gathered.broken[number]
+    reason = f"the file ends inside the {what} at octet {broken.offset}, after {after}"
     gathered.broken[number] = replace(broken, code=RejectCode.TRUNCATED, reason=reason)
 
 

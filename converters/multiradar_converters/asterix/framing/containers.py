@@ -45,8 +45,8 @@ _HEADER_OCTET = 0xCD
 _RECEPTION = slice(6, 9)
 _TICKS_PER_S = 128.0
 _BLOCKS_AT_ONCE = 1 << 12
-# Category and length.
-_BLOCK_HEAD = 3
+#: Octets of the category and length of a block.
+HEAD = 3
 #: Reason of gaps of so many zeros at most, which some recorders add to blocks; more are damage.
 PADDING, PADDING_MAX = "padding", 32
 
@@ -85,7 +85,8 @@ class Blocks:
         Octets of the file format.
     cut : int
         Length of the truncated block, or envelope of Final format, at the end of the file, of which
-        the gap at the end is the present part; 0 for none.
+        the gap at the end is the present part; 0 for none. A length of which an octet is missing
+        counts as `HEAD`.
     """
 
     file: str
@@ -225,8 +226,11 @@ def _cut(
         return 0
     at, there, _ = gaps[-1]
     # Other octets at the end, such as padding, rarely match a category of the file.
-    if there < _BLOCK_HEAD or data[at] not in data[begins]:
+    if data[at] not in data[begins]:
         return 0
+    if there < HEAD:
+        longest = int(data[begins + 1].max())
+        return HEAD if there == 1 or data[at + 1] <= longest else 0
     length = int(data[at + 1]) << 8 | int(data[at + 2])
     whole = length if length > there else length + trailer
     return whole if whole > there else 0
@@ -405,15 +409,16 @@ def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagram
 
 
 def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
-    datagrams, gaps, framing = read_replay_file(data)
+    datagrams, gaps, framing, cut = read_replay_file(data)
     blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, REPLAY_FILE)
     blocks = replace(
         blocks,
         size=len(data),
         # It has the intervals between datagrams, not their times.
         received_s=np.full(len(blocks.begins), np.nan),
-        gaps=gaps + blocks.gaps,
+        gaps=sorted(gaps + blocks.gaps),
         framing=framing + blocks.framing,
+        cut=cut,
     )
     return blocks, datagrams
 

@@ -129,5 +129,7 @@ def _cut(raw: bytes, gaps: list[tuple[int, int, str]]) -> int:
     if not gaps or sum(gaps[-1][:2]) < len(raw):
         return 0
     at, there, _ = gaps[-1]
+    if there == 1:
+        return _HEAD
     octets = int.from_bytes(raw[at : at + 2], "big")
-    return octets if octets > there > _HEAD else 0
+    return octets if octets > max(there, _HEAD) else 0

@@ -34,7 +34,9 @@ def is_replay_file(data: NDArray[np.uint8]) -> bool:
     return _BLOCK_HEAD < block <= octets and (after == len(data) or follows > 0)
 
 
-def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int, int, str]], int]:
+def read_replay_file(
+    data: NDArray[np.uint8],
+) -> tuple[Datagrams, list[tuple[int, int, str]], int, int]:
     """Read the datagrams.
 
     Returns
@@ -45,6 +47,9 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
         Octets after the last readable datagram.
     framing : int
         Octets of lengths and times.
+    cut : int
+        Length of the truncated datagram at the end of the file, with its head, of which the gap is
+        the present part; 0 for none.
     """
     raw = data.tobytes()
     begins: list[int] = []
@@ -61,6 +66,7 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
         times.append(now_ms / 1000.0)
         at = begin + octets
     gaps = [(at, len(raw) - at, "there is no datagram at this position, or it is truncated")]
+    within = 0 < len(raw) - at < _HEAD.size
     return (
         Datagrams(
             data,
@@ -70,6 +76,7 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
         ),
         gaps if at < len(raw) else [],
         _HEAD.size * len(begins),
+        _HEAD.size + octets if octets or within else 0,
     )
 
 

@@ -1,4 +1,4 @@
-"""Recordings of others, which the project does not hold: `MULTIRADAR_ASTERIX_RECORDINGS=FOLDER`.
+"""Recordings of others, which the project does not hold: `TEST_ASTERIX_RECORDINGS=FOLDER`.
 
 The folder has the recordings that `COUNTS` names and `single-records/`.
 """
@@ -20,7 +20,7 @@ from support.asterix.single_records import SINGLE
 
 RECORDS = SINGLE | ARTAS
 
-FOLDER = Path(os.environ.get("MULTIRADAR_ASTERIX_RECORDINGS", "recordings-not-given"))
+FOLDER = Path(os.environ.get("TEST_ASTERIX_RECORDINGS", "recordings-not-given"))
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="no folder of recordings is given")
 

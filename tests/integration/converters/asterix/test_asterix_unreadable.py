@@ -42,7 +42,9 @@ def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     whole = gps([(1.0, first), (2.0, second)]) if recorder else first + second
     missing = 5 + (10 if recorder else 0)
     out = converted(tmp_path, whole[:-missing], status=EXIT_FAILED)
-    inside = f"the file ends inside a block, after {len(second) - 5} of {len(second)} octets"
+    at = len(whole) - len(second) - (10 if recorder else 0)
+    octets = f"{len(second) - 5} of {len(second)} octets"
+    inside = f"the file ends inside the block at octet {at}, after {octets}"
     assert capsys.readouterr().err == (
         f"multiradar: recording: {inside}; probably truncated during copying; the readable part "
         f"is in {out}\n"
@@ -58,7 +60,7 @@ def test_final_format_that_ends_inside_an_envelope_is_reported_and_read_up_to_it
 ) -> None:
     whole = final_format([(float(k), block(48, plot_048(float(k)))) for k in range(3)])
     out = converted(tmp_path, whole[:-6], status=EXIT_FAILED)
-    assert "the file ends inside an envelope, after " in capsys.readouterr().err
+    assert "the file ends inside the envelope at octet " in capsys.readouterr().err
     assert pl.read_parquet(out / "measurements.parquet")["time_s"].to_list() == [0.0, 1.0]
     assert last_reject(out).code == "TRUNCATED"
 
@@ -76,7 +78,7 @@ def test_a_recording_of_which_most_octets_are_quarantined_fails(
     assert pl.read_parquet(out / "measurements.parquet").height == 1
 
 
-@pytest.mark.parametrize("rest", [bytes(40), b"\x30", b"\x21\x01\x00\x80"])
+@pytest.mark.parametrize("rest", [bytes(40), b"\x31", b"\x30\x80", b"\x21\x01\x00\x80"])
 def test_octets_after_the_last_block_are_not_a_file_that_was_cut(
     tmp_path: Path, rest: bytes
 ) -> None:

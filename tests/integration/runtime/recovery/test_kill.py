@@ -17,8 +17,8 @@ from support.processes.live_process import LiveProcess, live_service
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 from support.scenarios.live_scene import cut, recording, sensors
 
-#: `MULTIRADAR_KILLS=1000` for the long run, on several journals.
-KILLS = int(os.environ.get("MULTIRADAR_KILLS", "8"))
+#: `TEST_KILLS=1000` for the long run, on several journals.
+KILLS = int(os.environ.get("TEST_KILLS", "8"))
 KILLS_A_JOURNAL = min(KILLS, 20)
 ROWS_A_KILL = 6000
 #: Every other process takes snapshots, after so many measurements.
