@@ -33,7 +33,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_height_unit,
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
-from multiradar.diagnosis.dumps.cut_files import check_truncation
+from multiradar.diagnosis.dumps.cut_files import check_last_lines, check_truncation
 from multiradar.diagnosis.dumps.references import check_references
 from multiradar.diagnosis.dumps.tables import COLUMNS as TABLE_COLUMNS
 from multiradar.diagnosis.dumps.tables import check_tables
@@ -45,7 +45,7 @@ from multiradar.diagnosis.plots import Plots, Site, plots_of
 from multiradar.diagnosis.reported_motion import COLUMNS as MOTION_COLUMNS
 from multiradar.diagnosis.reported_motion import check_reported_motion
 from multiradar.diagnosis.reports import check_reports
-from multiradar.diagnosis.times import check_gaps, check_times
+from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import SensorTable
 
@@ -90,7 +90,8 @@ def diagnose_conversion(
     list of Diagnosis
         Empty when nothing is wrong.
     """
-    found = [*_rejected(report), *check_truncation(measurements, report)]
+    cut = check_truncation(measurements, report) or check_last_lines(report)
+    found = [*_rejected(report), *cut]
     sources = _sources(measurements)
     if not sources:
         # A recording of system tracks alone has none.
@@ -101,6 +102,9 @@ def diagnose_conversion(
         found += check_names(evidence)
     found += check_times(sources)
     found += check_gaps(sources)
+    # The check of the files names the truncated one.
+    ends = [] if found else check_ends(sources)
+    found += [one for one in ends if one.severity == "error"]
     read = sum(source.read for source in sources.values())
     azimuths_deg = _rejected_azimuths(measurements.parent / REJECTS_FILE)
     found += _signed(azimuths_deg)
@@ -114,7 +118,8 @@ def diagnose_conversion(
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
         of_reports = check_identities(name, reports, None) or check_reports(name, reports)
         found += [of_reports] if of_reports is not None else _of_motion(measurements, name)
-    return [*found, *_of_dump(measurements, report, sources, tracks, found)]
+    found += _of_dump(measurements, report, sources, tracks, found)
+    return [*found, *(one for one in ends if one not in found)]
 
 
 def _of_motion(measurements: Path, name: str) -> list[Diagnosis]:

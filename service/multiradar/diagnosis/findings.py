@@ -54,7 +54,7 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
-from multiradar.diagnosis.times import check_gaps, check_times, utc
+from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar_schemas.measurements.units import FOOT_M
@@ -95,7 +95,12 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     found = found or check_large_offsets(evidence)
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
-    return found
+    return [*found, *check_ends(evidence.sources)] if not _have_other_times(found) else found
+
+
+# Times that differ or jump end at other times, too.
+def _have_other_times(found: Sequence[Diagnosis]) -> bool:
+    return any(one.code in ("times_apart", "times_jump", "time_unit") for one in found)
 
 
 # Checks that need no other sensor.

@@ -1,13 +1,13 @@
 """Sources whose times differ from the others: another day, another time zone, no date."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
 from multiradar.diagnosis.evidence import Source
-from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.names import first_and_last
+from multiradar.diagnosis.model import Diagnosis, Severity
+from multiradar.diagnosis.names import first_and_last, listed
 from multiradar_schemas.documents.names import PER_SECOND
 
 #: Times below this are times of day without a date, s.
@@ -22,6 +22,11 @@ DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
 _UNIX_MAX_S = 1e11
 #: Other gaps of a recording are reported from this on, s: some airports close for the night.
 GAP_MAX_S = 43_200.0
+#: A source ends early if it does so by this time, s, by this fraction of the recording and by so
+#: many times its longest gap; shorter recordings are not examined, s.
+ENDS_MIN_S, ENDS_MIN, ENDS_GAPS, ENDS_SPAN_MIN_S = 30.0, 0.02, 3.0, 300.0
+#: A larger missing fraction is an error, if there were so many aircraft that not all have landed.
+ENDS_MISSING_MAX, ENDS_AIRCRAFT_MIN = 1.0 / 3.0, 5
 
 
 def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
@@ -72,6 +77,91 @@ def _jump(name: str, source: Source) -> Diagnosis:
         "times_jump",
         f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}: probably "
         "recordings of different days, or wrong dates; convert and track each day separately",
+    )
+
+
+def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
+    """Return the sources that end long before the others, although they start with them.
+
+    A radar that is switched off ends alone: a warning. If all sources of a kind end together and
+    more than a third of the time is missing, a file is probably truncated: an error.
+
+    Parameters
+    ----------
+    sources : mapping of str to Source
+        The sources, by name.
+    """
+    timed = {name: one for name, one in sources.items() if one.last_s > one.first_s}
+    if len(timed) < 2:
+        return []
+    first_s, last_s = first_and_last(timed, [*timed])
+    whole_s = last_s - first_s
+    if whole_s < ENDS_SPAN_MIN_S or last_s >= _UNIX_MAX_S:
+        return []
+    early = {
+        name: one
+        for name, one in timed.items()
+        if last_s - one.last_s > _pause_max_s(one, whole_s)
+        and one.first_s - first_s <= _pause_max_s(one, whole_s)
+    }
+    found = []
+    for names in _ended_together(early, whole_s):
+        kinds = {_kind(timed[one]) for one in names}
+        same = [one for one in timed if _kind(timed[one]) in kinds and one not in names]
+        missing = (last_s - max(timed[one].last_s for one in names)) / whole_s
+        traffic = any(_aircraft(timed[one]) >= ENDS_AIRCRAFT_MIN for one in names)
+        cut = not same and missing > ENDS_MISSING_MAX and traffic
+        rest = [one for one in timed if one not in early]
+        found.append(_ends(timed, names, rest, missing, "error" if cut else "warning"))
+    return found
+
+
+# Time without measurements that is usual for a source, s.
+def _pause_max_s(source: Source, whole_s: float) -> float:
+    return max(ENDS_MIN_S, ENDS_MIN * whole_s, ENDS_GAPS * source.gap_s)
+
+
+def _ended_together(early: Mapping[str, Source], whole_s: float) -> list[list[str]]:
+    groups: list[list[str]] = []
+    for name in sorted(early, key=lambda one: (early[one].last_s, one)):
+        apart_s = early[name].last_s - early[groups[-1][-1]].last_s if groups else np.inf
+        if apart_s > _pause_max_s(early[name], whole_s):
+            groups.append([])
+        groups[-1].append(name)
+    return [sorted(names) for names in groups]
+
+
+def _kind(source: Source) -> str:
+    return next((str(part["kind"][0]) for part in source.kept if len(part)), "")
+
+
+def _aircraft(source: Source) -> int:
+    names = ("mode_s_address", "track_number", "mode_3a")
+    return max((source.plots()[name].drop_nulls().n_unique() for name in names), default=0)
+
+
+def _ends(
+    sources: Mapping[str, Source],
+    names: Sequence[str],
+    rest: Sequence[str],
+    missing: float,
+    severity: Severity,
+) -> Diagnosis:
+    end_s = max(sources[one].last_s for one in names)
+    them = "its" if len(names) == 1 else "their"
+    cause = "a truncated file, or sensors that were switched off"
+    remedy = "check that the recording is complete"
+    if severity == "error":
+        cause, remedy = "probably a truncated file", "copy the file again"
+    elif len(names) == 1:
+        cause = "switched off, or a truncated file"
+    return Diagnosis(
+        names[0] if len(names) == 1 else "",
+        "ends_early",
+        f"{listed(names)}: {them} measurements end at {utc(end_s)}, while those of {listed(rest)} "
+        f"continue until {utc(first_and_last(sources, rest)[1])} ({missing:.0%} of the recording): "
+        f"{cause}; {remedy}",
+        severity,
     )
 
 

@@ -112,6 +112,14 @@ def test_a_file_cut_at_any_byte_gives_its_whole_lines_and_accounts_for_the_rest(
         assert account["accepted"] == complete + bool(tail.strip() and not missing.strip()), cut
         for reject in dumps.rejects(tmp_path / f"out{cut}"):
             assert (reject["line"], reject["raw"].encode()) == (2 + complete, tail.rstrip(b"\r"))
+            assert reject["code"] == "TRUNCATED"
+
+
+def test_a_remark_at_the_end_is_no_truncated_line(tmp_path: Path, dump: Path) -> None:
+    path = dump / "plots.txt"
+    path.write_bytes(path.read_bytes() + b"(30 rows)")
+    dumps.run(dump, tmp_path / "out")
+    assert [one["code"] for one in dumps.rejects(tmp_path / "out")] == ["WRONG_FIELD_COUNT"]
 
 
 def test_pairs_cut_within_the_last_line_are_not_trusted(tmp_path: Path) -> None:

@@ -1,9 +1,10 @@
 """Times of one source in another unit, and what is no gap."""
 
+import polars as pl
 import pytest
 
-from multiradar.diagnosis.evidence import Source
-from multiradar.diagnosis.times import check_gaps, check_times
+from multiradar.diagnosis.evidence import COLUMNS, Source
+from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 
 START_S = 1_533_110_400.0
 
@@ -28,3 +29,76 @@ def test_times_of_one_source_in_another_unit_are_named(factor: float, unit: str)
 @pytest.mark.parametrize(("start_s", "found"), [(START_S, 1), (1e3 * START_S, 0)])
 def test_times_in_another_unit_have_no_gaps_in_hours(start_s: float, found: int) -> None:
     assert len(check_gaps({"a": source(start_s, start_s + 2e5, gap_s=1e5)})) == found
+
+
+def timed(
+    kind: str, first_s: float, last_s: float, *, gap_s: float = 5.0, aircraft: int = 9
+) -> Source:
+    """Return a source with some aircraft, s since the start of the recording."""
+    made = source(START_S + first_s, START_S + last_s, gap_s)
+    nothing = {name: [None] * aircraft for name in COLUMNS}
+    named = {"kind": [kind] * aircraft, "track_number": list(range(aircraft))}
+    made.kept = [pl.DataFrame(nothing | named | {"time_s": [made.first_s] * aircraft})]
+    return made
+
+
+def test_radars_that_all_end_early_are_those_of_a_truncated_file() -> None:
+    sources = {
+        "1-10": timed("radar", 0.0, 800.0),
+        "2-10": timed("radar", 0.0, 803.0),
+        "adsb": timed("adsb", 0.0, 1800.0),
+    }
+    (found,) = check_ends(sources)
+    assert (found.sensor_id, found.code, found.severity) == ("", "ends_early", "error")
+    assert found.sentence == (
+        "1-10, 2-10: their measurements end at 2018-08-01 08:13:23 UTC, while those of adsb "
+        "continue until 2018-08-01 08:30:00 UTC (55% of the recording): probably a truncated "
+        "file; copy the file again"
+    )
+
+
+@pytest.mark.parametrize(
+    ("ends_s", "aircraft", "sensor"),
+    [
+        # Less than a third is missing.
+        ((1700.0, 1703.0, 1800.0), 9, ""),
+        # One of two radars was switched off.
+        ((600.0, 1799.0, 1800.0), 9, "1-10"),
+        # All aircraft may have landed.
+        ((1799.0, 1798.0, 600.0), 1, "adsb"),
+    ],
+)
+def test_sensors_that_may_have_been_switched_off_cause_a_warning(
+    ends_s: tuple[float, float, float], aircraft: int, sensor: str
+) -> None:
+    radars = {
+        name: timed("radar", 0.0, end_s)
+        for name, end_s in zip(("1-10", "2-10"), ends_s[:2], strict=True)
+    }
+    sources = radars | {"adsb": timed("adsb", 0.0, ends_s[2], aircraft=aircraft)}
+    (found,) = check_ends(sources)
+    assert (found.sensor_id, found.severity) == (sensor, "warning")
+
+
+@pytest.mark.parametrize(
+    "short",
+    [
+        # A few scans before the others.
+        timed("radar", 0.0, 1780.0),
+        # It has such pauses.
+        timed("radar", 0.0, 1200.0, gap_s=300.0),
+        # Another period.
+        timed("radar", 600.0, 1200.0),
+    ],
+)
+def test_other_ends_are_no_diagnosis(short: Source) -> None:
+    sources = {
+        "1-10": short,
+        "adsb": timed("adsb", 0.0, 1800.0),
+        "2-10": timed("radar", 0.0, 1800.0),
+    }
+    assert check_ends(sources) == []
+
+
+def test_windows_of_a_running_service_are_too_short_for_ends() -> None:
+    assert check_ends({"1-10": timed("radar", 0.0, 10.0), "adsb": timed("adsb", 0.0, 60.0)}) == []

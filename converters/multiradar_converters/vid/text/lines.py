@@ -19,6 +19,7 @@ _ISO_TIME = re.compile(
     rb"(?:Z|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
 _LAST_FIELD = re.compile(rb"(?:([^=\s;]+)=)?([^=\s;.]*)(?:\.([0-9]*))?$")
+_BEGIN = re.compile(rb"\s*[0-9][-0-9.:TZ]*(?:[\s,;|]|$)")
 _KEY = re.compile(rb"([^=\s;]+)=")
 _EPOCH = dt.date(1970, 1, 1)
 _PAIR_BREAKS = re.compile(rb"[ \t;]+")
@@ -104,6 +105,26 @@ def is_truncated(line: bytes, before: bytes) -> bool:
     if set(_KEY.findall(before)) - set(_KEY.findall(line)):
         return True
     return key == key_before and decimals < decimals_before
+
+
+def lacks_fields(line: bytes, layout: FileLayout) -> bool:
+    """Return whether a last line without a line end is a record with too few fields.
+
+    Parameters
+    ----------
+    line : bytes
+        The line.
+    layout : FileLayout
+        Layout of the file.
+
+    Returns
+    -------
+    bool
+        False for a line that does not begin with a digit, such as a remark at the end.
+    """
+    if layout.form != "columns" or not _BEGIN.match(line):
+        return False
+    return len(split_columns(line.rstrip(b"\r"), layout.separator)) < len(layout.columns)
 
 
 def _last_field(line: bytes) -> tuple[bytes, int]:

@@ -1,6 +1,7 @@
 """Reads a dump file: lines in, columns of accepted rows out, with accounting of every line."""
 
 import codecs
+import re
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -15,7 +16,13 @@ from multiradar_converters.vid.text import _kernels
 from multiradar_converters.vid.text.arrays import Keys, Limits, ParsedLines
 from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_blocks
 from multiradar_converters.vid.text.layout import FileLayout
-from multiradar_converters.vid.text.lines import Line, RejectedError, is_truncated, parse_line
+from multiradar_converters.vid.text.lines import (
+    Line,
+    RejectedError,
+    is_truncated,
+    lacks_fields,
+    parse_line,
+)
 from multiradar_converters.vid.text.time_filter import Parsed, Rows, TimeFilter
 from multiradar_converters.vid.text.times import TimeUnwrapper
 from multiradar_schemas.reject import RejectCode
@@ -28,6 +35,8 @@ _IN_WORK_MAX = 4
 
 #: Minimum length of a record, so a block of n bytes has at most n / this rows.
 _ROW_BYTES_MIN = 16
+
+_LAST_VALUE = re.compile(rb"[^\s,;|=]*\s*$")
 
 #: Number of pairs of a line whose keys are guessed from the previous line.
 _HINTS = 32
@@ -225,8 +234,17 @@ def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
         np.empty((fields.INTEGERS, 1), dtype=np.int64),
         np.zeros(1, dtype=np.int64),
     )
-    if is_truncated(raw, block.before):
-        reason = "the file ends in the middle of this line"
-        parsed.rejected.append(RejectedLine(0, RejectCode.TRUNCATED, reason, raw))
-    elif _decide(raw, 0, place=0, rows=rows, layout=layout, parsed=parsed):
+    truncated = is_truncated(raw, block.before) or lacks_fields(raw, layout)
+    if not truncated and _decide(raw, 0, place=0, rows=rows, layout=layout, parsed=parsed):
         parsed.rows.append(rows)
+    elif truncated or _ends_shorter(parsed.rejected, block.before):
+        reason = "the file ends in the middle of this line"
+        parsed.rejected[:] = [RejectedLine(0, RejectCode.TRUNCATED, reason, raw)]
+
+
+# A code or an address of too few digits is no number.
+def _ends_shorter(rejected: list[RejectedLine], before: bytes) -> bool:
+    if not rejected or rejected[0].code != RejectCode.NOT_A_NUMBER:
+        return False
+    last, last_before = (_LAST_VALUE.findall(one)[0] for one in (rejected[0].raw, before))
+    return len(last) < len(last_before)

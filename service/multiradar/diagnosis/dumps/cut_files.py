@@ -9,6 +9,7 @@ import polars as pl
 
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.times import utc
+from multiradar_schemas.reject import RejectCode
 
 #: Tracks coast for some scans after the last plot, and clutter continues after the last track: a
 #: file is truncated where it ends earlier by this time, s, and this fraction of the recording.
@@ -16,6 +17,30 @@ EARLIER_MIN_S, EARLIER_MIN = 120.0, 0.02
 #: ... and where this fraction of what is expected of the whole file is missing: of plots that
 #: tracks reference, or of plots that no track references.
 EXPECTED_MIN = 0.5
+
+
+def check_last_lines(report: Mapping[str, Any]) -> list[Diagnosis]:
+    """Diagnose files of a dump that end in the middle of a line.
+
+    Parameters
+    ----------
+    report : mapping
+        The report of the conversion.
+    """
+    return [
+        Diagnosis(
+            "",
+            "file_cut",
+            f"{name}: truncated: it ends in the middle of a line{_at(one.get('last_s'))}; copy the "
+            "file again",
+        )
+        for name, one in report.get("figures", {}).get("files", {}).items()
+        if "table" in one and RejectCode.TRUNCATED in one["rejected_by_code"]
+    ]
+
+
+def _at(last_s: float | None) -> str:
+    return "" if last_s is None else f", after {utc(last_s)}"
 
 
 def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:

@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.dumps.cut_files import check_truncation
+from multiradar.diagnosis.dumps.cut_files import check_last_lines, check_truncation
 
 START_S, LAST_S = 28_800.0, 30_600.0
 
@@ -98,3 +98,15 @@ def test_an_empty_file_of_plots_beside_tracks_is_reported() -> None:
     )
     files["p.txt"]["rejected"] = 1
     assert check_truncation(Path("none"), {"figures": {"files": files}}) == []
+
+
+def test_a_file_that_ends_within_a_line_is_truncated() -> None:
+    files: dict[str, dict[str, Any]] = {
+        "p.txt": {"table": "plots", "last_s": LAST_S, "rejected_by_code": {"NON_FINITE": 3}},
+        "a.txt": {"table": "plots_ads", "last_s": LAST_S, "rejected_by_code": {"TRUNCATED": 1}},
+    }
+    (said,) = check_last_lines({"figures": {"files": files}})
+    assert said.sentence == (
+        "a.txt: truncated: it ends in the middle of a line, after 8:30:00 (no date); copy the file "
+        "again"
+    )
