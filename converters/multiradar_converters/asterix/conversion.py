@@ -47,7 +47,7 @@ from multiradar_converters.asterix.decoding.timing import (
     time_targets,
 )
 from multiradar_converters.asterix.file_order import FileOrder
-from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.framing.containers import CAPTURE, read_blocks
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import RecordDump
@@ -230,6 +230,9 @@ def _of_file(
         broken=list(gathered.broken),
     )
     account.blocks_broken = len(account.broken)
+    if gathered.blocks.form == CAPTURE:
+        received_s = [findings.captured_s, *gathered.blocks.received_s]
+        findings.captured_s = float(np.fmin.reduce(received_s))
     findings.records.update(gathered.records)
     findings.items.update(gathered.items)
     for rows, status in gathered.status:

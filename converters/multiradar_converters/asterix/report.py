@@ -1,13 +1,15 @@
 """`report.json` of a conversion."""
 
 import dataclasses
+import datetime as dt
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken
-from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint, misplacement
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     Differences,
     clock_alarm,
@@ -15,7 +17,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
     receiver_zone_s,
     sensor_clocks,
 )
-from multiradar_converters.asterix.decoding.timing import AntennaStatus
+from multiradar_converters.asterix.decoding.timing import AntennaStatus, reported_references
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.reported_biases import ReportedBias
 from multiradar_converters.errors import AccountingError
@@ -26,6 +28,10 @@ from multiradar_schemas.reject import RejectCode
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 #: Biases reported by another processor, if any.
 REPORTED_BIASES_FILE = "reported_biases.parquet"
+
+_DAY_S = 86_400.0
+#: Times of packets from this on have a date, Unix time, s; latency of a live capture, s.
+_DATED_MIN_S, _LATENCY_MAX_S = 1e8, 600.0
 
 
 @dataclass
@@ -102,6 +108,7 @@ class Findings:
     unreferenced: Counter[tuple[int, int]] = field(default_factory=Counter)
     plot_figures: dict[str, PlotFigures] = field(default_factory=dict)
     exchanged_files: list[tuple[str, str]] = field(default_factory=list)
+    captured_s: float = math.nan
     first_s: float | None = None
     last_s: float | None = None
     duplicates: int = 0
@@ -178,6 +185,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "measurements": dict(sorted(findings.measurements.items())),
         "left_out": dict(sorted(findings.left_out.items())),
         "unreferenced": _unreferenced(findings),
+        **_contradictions(findings, options),
         "flags": dict(sorted(findings.flags.items())),
         "time_from": dict(sorted(findings.time_origins.items())),
         "sensor_status": findings.status,
@@ -188,6 +196,38 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         **({"aircraft_data": findings.aircraft_data} if findings.aircraft_data else {}),
         **_clocks(findings),
     }
+
+
+# Options that the recording contradicts.
+def _contradictions(findings: Findings, options: Options) -> dict[str, object]:
+    reported = reported_references(findings.antennas)
+    sites = [
+        ReferencePoint(one.latitude_deg, one.longitude_deg)
+        for one in (options.sensors.sensor if options.sensors else ())
+        if one.latitude_deg is not None and one.longitude_deg is not None
+    ]
+    wrong = {}
+    for source, given in options.references.items():
+        name = source_name(source)
+        middles = [ReferencePoint(*one) for of, one in findings.middles.items() if of != name]
+        others = [one for one in middles if not math.isnan(sum(one))] + sites
+        if why := misplacement(given, reported.get(source), others):
+            wrong[name] = why
+    found: dict[str, object] = {"misplaced_references": wrong} if wrong else {}
+    captured = _captured_date(findings, options)
+    return found | ({"captured_date": captured.isoformat()} if captured else {})
+
+
+# The date of a capture whose packets have the times of day of their reports, if it is not the one
+# of the options; a recording that was replayed later was captured at another time of day.
+def _captured_date(findings: Findings, options: Options) -> dt.date | None:
+    first_s, captured_s = findings.first_s, findings.captured_s
+    if options.date is None or first_s is None or not captured_s >= _DATED_MIN_S:
+        return None
+    days = round((captured_s - first_s) / _DAY_S)
+    if not days or abs(captured_s - first_s - days * _DAY_S) > _LATENCY_MAX_S:
+        return None
+    return options.date + dt.timedelta(days=days)
 
 
 def _unreferenced(findings: Findings) -> dict[str, int]:

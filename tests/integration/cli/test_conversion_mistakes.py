@@ -31,14 +31,14 @@ def gps(parts: list[bytes]) -> bytes:
     return b"\xcd" * 2200 + b"".join(one + trailer for one, trailer in both)
 
 
-def pcap(parts: list[bytes]) -> bytes:
-    """Return a capture of raw IPv4 packets."""
+def pcap(parts: list[bytes], start_s: int = 30_000) -> bytes:
+    """Return a capture of raw IPv4 packets, one per second."""
     packets = []
     for number, one in enumerate(parts):
         udp = struct.pack(">4H", 8600, 8600, 8 + len(one), 0) + one
         ip = struct.pack(">2B3H2BH2I", 0x45, 0, 20 + len(udp), number, 0, 64, 17, 0, 1, 2)
         packet = ip + udp
-        packets.append(struct.pack("<4I", 30_000 + number, 0, len(packet), len(packet)) + packet)
+        packets.append(struct.pack("<4I", start_s + number, 0, len(packet), len(packet)) + packet)
     return struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65_535, 101) + b"".join(packets)
 
 
@@ -281,3 +281,25 @@ def test_files_in_the_wrong_order_are_named(
     said = capsys.readouterr().err
     assert ("a.ast: ends before b.ast starts, but was specified after it" in said) == exchanged
     assert bool(said) == exchanged
+
+
+@pytest.mark.parametrize(
+    ("start_s", "date", "captured"),
+    [
+        # 2018-08-01 08:20:00 UTC, when the reports are from.
+        (1_533_081_600 + 30_000, "2001-01-01", "2018-08-01"),
+        (1_533_081_600 + 30_000, "2018-08-02", "2018-08-01"),
+        (1_533_081_600 + 30_000, "2018-08-01", ""),
+        # Replayed and captured at another time of day.
+        (1_533_081_600 + 40_000, "2001-01-01", ""),
+        # A recorder without a date.
+        (30_000, "2001-01-01", ""),
+    ],
+)
+def test_a_date_other_than_that_of_the_packets_is_named(
+    start_s: int, date: str, captured: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status = converted(tmp_path, pcap(blocks(), start_s), "a.pcap", "--date", date)
+    said = capsys.readouterr().err
+    assert status == bool(captured)
+    assert (f"--date {date}: the recording was captured on {captured}, by" in said) == status

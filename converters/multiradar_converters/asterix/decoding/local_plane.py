@@ -27,6 +27,9 @@ _ECCENTRICITY = float(np.sqrt(_ECCENTRICITY_SQUARED))
 _ITERATIONS = 8
 # Next to a pole the plane has no north.
 _LATITUDE_MAX_DEG = 89.0
+#: Distance of a configured reference point from that which the source reports, and from positions
+#: of other sensors in the same recording, m.
+_REPORTED_MAX_M, _COVERAGE_MAX_M = 50e3, 1500e3
 _CODE_MAX = 255
 _NUMBER = r"([+-]?\d+(?:\.\d+)?)"
 _CHOICE = re.compile(rf"(\d{{1,3}})-(\d{{1,3}})={_NUMBER},{_NUMBER}")
@@ -94,6 +97,52 @@ def parse_references(choices: Sequence[str]) -> dict[int, ReferencePoint]:
 
 def _possible(point: ReferencePoint) -> bool:
     return abs(point.latitude_deg) <= _LATITUDE_MAX_DEG and abs(point.longitude_deg) <= 180.0
+
+
+def misplacement(
+    given: ReferencePoint, reported: ReferencePoint | None, others: Iterable[ReferencePoint]
+) -> str:
+    """Return why a configured reference point is probably wrong; empty if it may be right.
+
+    Parameters
+    ----------
+    given : ReferencePoint
+        The configured reference point.
+    reported : ReferencePoint or None
+        The one that the source itself reports.
+    others : iterable of ReferencePoint
+        Positions within the coverage of other sensors in the recording.
+
+    Returns
+    -------
+    str
+        Follows the point and a colon.
+    """
+    known = [*others] if reported is None else [reported]
+    limit_m, what = (
+        (_COVERAGE_MAX_M, "the positions of the other sensors in the recording")
+        if reported is None
+        else (_REPORTED_MAX_M, "the reference point that the recording contains")
+    )
+    if not known or min(_distance_m(given, one) for one in known) <= limit_m:
+        return ""
+    nearest = min(known, key=lambda one: _distance_m(given, one))
+    swapped = ReferencePoint(given.longitude_deg, given.latitude_deg)
+    cause = "the position is probably wrong"
+    if _possible(swapped) and min(_distance_m(swapped, one) for one in known) <= limit_m:
+        cause = "latitude and longitude are probably swapped"
+    return (
+        f"{cause}: it is {_distance_m(given, nearest) / 1e3:.0f} km from {what} "
+        f"({nearest.latitude_deg:.4f}, {nearest.longitude_deg:.4f})"
+    )
+
+
+def _distance_m(first: ReferencePoint, second: ReferencePoint) -> float:
+    latitudes = np.radians([first.latitude_deg, second.latitude_deg])
+    half = np.sin(np.diff(latitudes)[0] / 2.0) ** 2
+    east = np.radians(second.longitude_deg - first.longitude_deg)
+    half += np.cos(latitudes).prod() * np.sin(east / 2.0) ** 2
+    return float(2.0 * _SEMI_MAJOR_M * np.arcsin(np.sqrt(min(half, 1.0))))
 
 
 def positions_of(point: ReferencePoint, x_m: Numbers, y_m: Numbers) -> tuple[Numbers, Numbers]:

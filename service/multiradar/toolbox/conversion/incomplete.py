@@ -51,6 +51,23 @@ def _without_reference_point(report: dict[str, Any], out: Path) -> str:
     )
 
 
+# Options that the recording contradicts.
+def _contradicted_options(report: dict[str, Any], out: Path) -> str:
+    settings, figures = report["settings"], report["figures"]
+    found = [
+        f"--reference {name}={','.join(map(str, settings['references'][name]))}: {why}"
+        for name, why in figures.get("misplaced_references", {}).items()
+    ]
+    if captured := figures.get("captured_date"):
+        found.append(
+            f"--date {settings['date']}: the recording was captured on {captured}, by the times of "
+            "its packets"
+        )
+    if not found:
+        return ""
+    return f"{'; '.join(found)}; correct or omit the option; {out} was written with it"
+
+
 # An option for a source that is not in the recording is a misspelt one.
 def _unused_options(report: dict[str, Any], out: Path) -> str:
     records: dict[str, dict[str, int]] = report["figures"]["records_by_sensor"]
@@ -79,6 +96,11 @@ def _is_recorded(name: str, records: dict[str, dict[str, int]]) -> bool:
 
 _CHECKS: dict[str, tuple[Callable[[dict[str, Any], Path], str], ...]] = {
     "vid": (),
-    "asterix": (_truncated, _without_reference_point, _unused_options),
+    "asterix": (
+        _truncated,
+        _without_reference_point,
+        _unused_options,
+        _contradicted_options,
+    ),
     "adsb": (_truncated_adsb,),
 }

@@ -13,6 +13,9 @@ from multiradar.toolbox.messages.warning import warn
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 _CHUNK = 1 << 20
+_DAY_S = 86_400.0
+# Local times minus UTC, s: from Baker Island to Kiribati.
+_ZONES_S = (-12.0 * 3600.0, 14.0 * 3600.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +46,11 @@ class Day:
         """Whether it is a dump, whose times may lack the date."""
         return not measurements_path(self.path).is_file()
 
-    @property
-    def noon_s(self) -> float:
-        """Unix time of its noon, s."""
-        noon = dt.datetime.fromisoformat(self.date).replace(hour=12, tzinfo=dt.UTC)
-        return noon.timestamp()
+    def has(self, first_s: float, last_s: float, *, any_zone: bool) -> bool:
+        """Return whether a part of a time span, Unix time, s, is of this date, UTC or local."""
+        start_s = dt.datetime.fromisoformat(self.date).replace(tzinfo=dt.UTC).timestamp()
+        west_s, east_s = _ZONES_S if any_zone else (0.0, 0.0)
+        return first_s < start_s + _DAY_S - west_s and last_s >= start_s - east_s
 
 
 def find_days(folder: Path) -> list[Day]:

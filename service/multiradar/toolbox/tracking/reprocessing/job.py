@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from multiradar.errors import DataWarning, FindingsError, InputError
+from multiradar.report.times import time_text
 from multiradar.storage.recording import Recording, measurements_path
 from multiradar.toolbox.messages.sentences import error_sentence
 from multiradar.toolbox.run import Run
@@ -17,8 +18,6 @@ from multiradar.toolbox.tracking.track import track
 
 #: Unix times are later: smaller ones are times of day.
 _UNIX_MIN_S = 366.0 * 86_400.0
-#: The middle of the measurements is at most so far from noon, UTC; days of local time are shifted.
-_FROM_NOON_MAX_S = 36.0 * 3600.0
 
 
 def day_job(day: Day, *, sensors: Path, out: Path, same: Mapping[str, Any]) -> dict[str, Any]:
@@ -79,8 +78,13 @@ def _tracked(day: Day, job: Mapping[str, Any], caught: list[warnings.WarningMess
     assert run.span_s is not None
     first_s, last_s = run.span_s
     sentences = [str(one.message) for one in caught if issubclass(one.category, DataWarning)]
-    if abs((first_s + last_s) / 2.0 - day.noon_s) > _FROM_NOON_MAX_S:
-        sentences.append(f"{day.path}: the measurements are not from {day.date}")
+    if not day.has(first_s, last_s, any_zone=False):
+        when = f"not from {day.date}, but from {time_text(first_s)} to {time_text(last_s)}"
+        if day.has(first_s, last_s, any_zone=True):
+            sentences.append(f"{day.path}: its measurements are {when}; is the date a local one?")
+        else:
+            again = "rename the folder, or convert the recording again with the right date"
+            findings = (*findings, f"{day.path}: its measurements are {when}; {again}")
     record = DayRecord(
         **job["record"], input_sha256=digest, output_sha256=run.report["output_sha256"],
         first_s=first_s, last_s=last_s, findings=[*findings], warnings=sentences,

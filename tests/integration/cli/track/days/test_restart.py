@@ -133,12 +133,24 @@ def test_a_day_of_other_sensors_is_named(days: Path, archive: Archive, tmp_path:
     assert again.started == [DATES[1]]
 
 
-def test_a_day_under_another_date_is_reported(archive: Archive, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("shift_h", "wrong"), [(0.0, False), (-8.0, True), (-96.0, True)])
+def test_a_day_under_another_date_is_reported(
+    shift_h: float, archive: Archive, tmp_path: Path, *, wrong: bool
+) -> None:
+    """Dates of folders may be local, of zones up to UTC+14."""
     (tmp_path / "days").mkdir()
-    write_day(tmp_path / "days" / "2026-11-25", 0)
-    found = reprocess(tmp_path / "days", archive[1], out=tmp_path / "out", runner=FakeJobs())
-    (only,) = found.report["figures"]["days"]
-    assert only["warnings"][-1].endswith("the measurements are not from 2026-11-25")
+    write_day(tmp_path / "days" / "2026-11-21", 0)
+    file = tmp_path / "days" / "2026-11-21" / "measurements.parquet"
+    rows = pl.read_parquet(file).with_columns(pl.col("time_s") + shift_h * 3600.0)
+    rows.write_parquet(file)
+    words = "its measurements are not from 2026-11-21, but from 2026-11-"
+    if wrong:
+        (said,) = failures(tmp_path / "days", archive[1], tmp_path / "out")
+    else:
+        found = reprocess(tmp_path / "days", archive[1], out=tmp_path / "out", runner=FakeJobs())
+        said = found.report["figures"]["days"][0]["warnings"][-1]
+    assert words in said
+    assert said.endswith("; is the date a local one?") == (not wrong)
 
 
 def test_times_of_day_cannot_be_compared(days: Path, archive: Archive, tmp_path: Path) -> None:

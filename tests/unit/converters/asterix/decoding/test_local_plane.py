@@ -6,6 +6,7 @@ import pytest
 
 from multiradar_converters.asterix.decoding.local_plane import (
     ReferencePoint,
+    misplacement,
     parse_references,
     positions_of,
     references_of,
@@ -65,3 +66,29 @@ def test_other_texts_are_no_reference_point(text: str) -> None:
 
 def test_the_site_of_a_multilateration_system_is_its_reference_point() -> None:
     assert references_of(parse_sensors(SENSORS).sensor) == {107: (41.5, 2.25)}
+
+
+PARIS, OSLO, ATLANTIC = (ReferencePoint(*one) for one in ((48.9, 2.4), (60.2, 11.1), (2.4, 48.9)))
+
+
+@pytest.mark.parametrize(
+    ("given", "reported", "others", "words"),
+    [
+        (ATLANTIC, PARIS, (), "latitude and longitude are probably swapped: it is 6"),
+        (ATLANTIC, None, (PARIS,), "latitude and longitude are probably swapped: it is 6"),
+        (OSLO, PARIS, (), "the position is probably wrong: it is 1375 km from the reference point"),
+        # In the coverage of other sensors, corrected by some metres, or nothing to compare with.
+        (OSLO, None, (PARIS,), ""),
+        (PARIS, ReferencePoint(48.9001, 2.4), (OSLO,), ""),
+        (ATLANTIC, None, (), ""),
+    ],
+)
+def test_a_reference_point_far_from_the_recording_is_reported(
+    given: ReferencePoint,
+    reported: ReferencePoint | None,
+    others: tuple[ReferencePoint, ...],
+    words: str,
+) -> None:
+    found = misplacement(given, reported, others)
+    assert found.startswith(words)
+    assert bool(found) == bool(words)
