@@ -26,7 +26,12 @@ from multiradar.diagnosis.cross_sensor.comparison import (
 )
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
 from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
-from multiradar.diagnosis.cross_sensor.identities import check_identities
+from multiradar.diagnosis.cross_sensor.identities import (
+    check_codes,
+    check_identities,
+    check_other_rows,
+    check_split_radars,
+)
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
     check_common_azimuth,
@@ -85,6 +90,10 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         if name not in named:
             found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
+    # Wrong identities would be compared with those of other sensors.
+    found += [one for one in check_codes(evidence) if one.sensor_id not in named]
+    named = {one.sensor_id for one in found}
+    split = check_split_radars(comparison, evidence.sensors.ids)
     found += _check_against_others(evidence, comparison, named)
     # A sensor without measurements disturbs no other.
     causes = any(one.severity == "error" and one.code != SILENT_CODE for one in found)
@@ -93,6 +102,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         if name not in named:
             found += _check_losses(evidence, comparison, name, causes=causes)
     found = found or check_large_offsets(evidence)
+    found += split
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
     return [*found, *check_ends(evidence.sources)] if not _have_other_times(found) else found
@@ -184,6 +194,7 @@ def _check_against_others(
     joint = [JointFit(evidence.sensors, comparison, one) for one in grouped(comparison, compared)]
     misplaced, of_sites = check_site_errors(evidence.sensors, joint)
     found += of_sites
+    found = found or _of_rows(comparison, suspects, trusted, names)
     trusted = [one for one in trusted if one not in misplaced]
     by_number = {
         one: _check_agreeing(evidence.sensors, comparison, one, against(one, trusted))
@@ -238,6 +249,24 @@ def _explain_suspects(
         # Radars at one site agree with each other also where all are wrong.
         return common_mistake(comparison, [*suspects, *trusted], names)
     return found
+
+
+# Radars whose disagreement no other error explains.
+def _of_rows(
+    comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    of_rows = [
+        check_other_rows(
+            comparison,
+            number,
+            names[number],
+            comparison.pairs(number, trusted or suspects),
+            trusted=len(trusted),
+        )
+        for number in suspects
+        if comparison.is_radar(number)
+    ]
+    return [one for one in of_rows if one is not None]
 
 
 _MAY_BE_EITHER = (
@@ -380,6 +409,9 @@ def _check_losses(
         if radar
         else None,
     )
+    values = loss_checks.check_values(evidence, name, losses)
+    if values is not None and not found:
+        return [values]
     # Tracks biased by a wrong sensor lose plots of the right ones, too.
     if causes or any(one.severity == "error" for one in found):
         return found

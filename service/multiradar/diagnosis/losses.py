@@ -19,6 +19,9 @@ _MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
 READ_MIN = 20
+#: Reject codes of values that are never correct; above this fraction they cause a warning.
+VALUE_CODES = ("NON_FINITE", "MISSING_FIELD", "NOT_A_NUMBER", "WRONG_TYPE")
+VALUES_MAX = 0.01
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
@@ -321,6 +324,24 @@ def check_copied_sensors(evidence: Evidence) -> list[Diagnosis]:
                 "identifiers, so that its errors count twice; remove one of them",
             )
     return list(found.values())
+
+
+def check_values(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
+    """Report rejected values of a sensor whose other measurements are used."""
+    wrong = Counter({code: losses.lost[code] for code in VALUE_CODES if losses.lost[code]})
+    many = wrong.total() > VALUES_MAX * losses.known and wrong.total() >= READ_MIN
+    if not many or losses.share > LOST_MAX:
+        return None
+    codes = ", ".join(f"{counted(number)} {code}" for code, number in wrong.most_common())
+    first = evidence.sources[name].reasons.get(wrong.most_common(1)[0][0], "")
+    return Diagnosis(
+        name,
+        "values_rejected",
+        f"{name}: {wrong.total() / losses.known:.0%} of its {counted(losses.known)} measurements "
+        f"were rejected because of their values ({codes}{'; the first: ' if first else ''}{first}"
+        "); correct or remove these measurements",
+        "warning",
+    )
 
 
 def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:

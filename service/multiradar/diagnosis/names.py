@@ -13,6 +13,8 @@ from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION,
 _KINDS = {KIND_RADAR: {"radar", "bearing"}, KIND_BEARING: {"bearing"}}
 #: Code of a sensor without measurements.
 SILENT_CODE = "no_measurements"
+#: So many measurements without a sensor are reported.
+NAMELESS_MIN = 20
 #: Names that a sentence lists.
 _LISTED_MAX = 8
 
@@ -41,6 +43,22 @@ def check_names(evidence: Evidence) -> list[Diagnosis]:
             if name not in reused.values()
         ),
         *(_silent(name) for name in silent if name not in likely.values()),
+        *_nameless(evidence),
+    ]
+
+
+def _nameless(evidence: Evidence) -> list[Diagnosis]:
+    count = _read(evidence, "")
+    if count < NAMELESS_MIN:
+        return []
+    return [
+        Diagnosis(
+            "",
+            "sensor_id_missing",
+            f"{counted(count)} measurements were rejected because they have no sensor_id; fill the "
+            "column with the sensor of each measurement",
+            "warning",
+        )
     ]
 
 

@@ -8,13 +8,17 @@ import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis, Severity
-from multiradar.diagnosis.plots import Floats, Integers
+from multiradar.diagnosis.plots import Booleans, Floats, Integers
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: Time between two heights from which a rate is computed, s; slower changes are level flight, m/s.
 APART_MIN_S, APART_MAX_S, CLIMBING_MPS = 30.0, 60.0, 1.5
 #: Median rate above which heights in steps of feet are in feet, and any heights are, m/s.
 FAST_MPS, IMPOSSIBLE_MPS = 9.0, 14.0
+#: Rate of which no aircraft is capable, m/s, even if its heights are in feet; time between
+#: successive heights, s; fraction that jumps by more where heights are those of other aircraft. Of
+#: right heights, 0 to 2.5 % do (garbled codes).
+JUMP_MPS, JUMP_MIN_S, JUMP_MAX_S, JUMPING_MIN = 150.0, 1.0, 15.0, 0.03
 #: Fewer climbing aircraft show nothing.
 CLIMBING_MIN = 3
 #: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
@@ -36,7 +40,8 @@ def check_vertical_rates(
         Aircraft of each; −1 where unknown.
     """
     known = np.isfinite(height_m) & (aircraft >= 0)
-    time_s, height_m, aircraft = time_s[known], height_m[known], aircraft[known]
+    order = np.lexsort((time_s[known], aircraft[known]))
+    time_s, height_m, aircraft = (one[known][order] for one in (time_s, height_m, aircraft))
     first, last = pairs_apart(time_s, aircraft, APART_MIN_S, APART_MAX_S)
     rate_mps = np.abs(height_m[last] - height_m[first]) / (time_s[last] - time_s[first])
     climbing = rate_mps > CLIMBING_MPS
@@ -44,10 +49,17 @@ def check_vertical_rates(
         return None
     if len(np.unique(aircraft[first[climbing]])) < CLIMBING_MIN:
         return None
-    median_mps = float(np.median(rate_mps[climbing]))
     in_feet = are_stepped(height_m, STEP_FT) and not are_stepped(height_m, STEP_FT * FOOT_M)
-    if median_mps <= (FAST_MPS if in_feet else IMPOSSIBLE_MPS):
-        return None
+    limit_mps = FAST_MPS if in_feet else IMPOSSIBLE_MPS
+    jumps, compared = _jumps(time_s, height_m, aircraft)
+    until = np.concatenate([[0], np.cumsum(jumps)])
+    steady = climbing & (until[first] == until[last])
+    median_mps = float(np.median(rate_mps[steady])) if steady.any() else 0.0
+    if np.count_nonzero(steady) < TESTED_MIN or median_mps <= limit_mps:
+        jumping = np.count_nonzero(jumps) / max(compared, 1)
+        if jumping < JUMPING_MIN or np.median(rate_mps[climbing]) <= limit_mps:
+            return None
+        return _of_other_rows(name, jumping)
     steps = f", and they are multiples of {STEP_FT:.0f}" if in_feet else ""
     severity: Severity = "error" if in_feet else "warning"
     return Diagnosis(
@@ -58,6 +70,25 @@ def check_vertical_rates(
         "convert them to metres",
         severity,
     )
+
+
+def _of_other_rows(name: str, jumping: float) -> Diagnosis:
+    return Diagnosis(
+        name,
+        "height_rows",
+        f"{name}: its heights or the identities of its aircraft probably belong to other rows: "
+        f"{jumping:.1%} of the successive heights of an aircraft imply more than {JUMP_MPS:.0f} "
+        "m/s; check how the columns, or the plots and their track numbers, were joined",
+    )
+
+
+# Whether a height follows the one before by a jump, and how many are compared. Rows are by aircraft
+# and time.
+def _jumps(time_s: Floats, height_m: Floats, aircraft: Integers) -> tuple[Booleans, int]:
+    apart_s = np.diff(time_s)
+    compared = (np.diff(aircraft) == 0) & (apart_s >= JUMP_MIN_S) & (apart_s <= JUMP_MAX_S)
+    jumps = compared & (np.abs(np.diff(height_m)) > JUMP_MPS * apart_s)
+    return jumps, int(np.count_nonzero(compared))
 
 
 def are_stepped(height: Floats, step: float) -> bool:

@@ -62,6 +62,27 @@ def test_late_measurements_are_reported_with_their_times() -> None:
     assert "check its clock, and reorder_horizon_s" in sentence
 
 
+def test_rejected_values_of_a_sensor_that_is_used_cause_a_warning() -> None:
+    evidence = evidence_of(recording(), UPDATED=600)
+    evidence.reject("1-10", "NON_FINITE", 25)
+    evidence.reject("1-10", "TIME_LATE", 100)
+    evidence.sources["1-10"].reasons["NON_FINITE"] = "range_m: expected a finite number, was inf"
+    found = said(evidence)
+    assert (found.code, found.severity) == ("values_rejected", "warning")
+    assert found.sentence == (
+        "1-10: 3% of its 725 measurements were rejected because of their values (25 NON_FINITE; "
+        "the first: range_m: expected a finite number, was inf); correct or remove these "
+        "measurements"
+    )
+
+
+@pytest.mark.parametrize(("code", "count"), [("MISSING_FIELD", 6), ("OUT_OF_RANGE", 200)])
+def test_some_rejected_values_are_no_mistake(code: str, count: int) -> None:
+    evidence = evidence_of(recording(), UPDATED=600)
+    evidence.reject("1-10", code, count)
+    assert diagnose(evidence) == []
+
+
 def test_losses_beside_a_known_cause_are_not_reported_again() -> None:
     wrong = recording().changed("2-10", range_m=pl.col("range_m") / 1e3)
     found = diagnose(evidence_of(wrong, UPDATED=100, REFUSED=300))

@@ -43,6 +43,33 @@ def test_impossible_climbs_without_steps_are_a_warning() -> None:
     assert checked(20.0, 0.001).startswith("warning: 1-10: its heights are probably in feet")
 
 
+@pytest.mark.parametrize("factor", [1.0, 1.0 / FOOT_M])
+def test_garbled_heights_hide_no_unit(factor: float) -> None:
+    """Two of a hundred heights are wrong."""
+    time_s, number = (
+        np.tile(np.arange(0.0, 1500.0, 5.0), AIRCRAFT),
+        np.repeat(np.arange(AIRCRAFT), 300),
+    )
+    height_m = np.round((1000.0 + 500.0 * number + 5.0 * time_s) / (25.0 * FOOT_M)) * 25.0 * FOOT_M
+    height_m[::100] += 5000.0
+    found = check_vertical_rates("1-10", time_s, height_m * factor, number)
+    assert (found.code if found else "") == ("" if factor == 1.0 else "height_unit")
+
+
+@pytest.mark.parametrize("shift", [1, 3])
+def test_heights_of_other_rows_are_not_taken_for_feet(shift: int) -> None:
+    """Level flights at different heights, whose plots are not always in the same order."""
+    rng = np.random.default_rng(1)
+    time_s = np.concatenate([5.0 * scan + np.sort(rng.uniform(0.0, 4.0, 8)) for scan in range(60)])
+    number = np.concatenate([rng.permutation(8) for _ in range(60)])
+    height_m = 3000.0 + 1000.0 * number
+    assert check_vertical_rates("1-10", time_s, height_m, number) is None
+    found = check_vertical_rates("1-10", time_s, np.roll(height_m, shift), number)
+    assert found is not None
+    assert found.code == "height_rows"
+    assert found.sentence.startswith("1-10: its heights or the identities of its aircraft probably")
+
+
 def test_few_aircraft_show_nothing() -> None:
     assert checked(7.0, 100 * FOOT_M, 1.0 / FOOT_M, aircraft=2) == ""
 

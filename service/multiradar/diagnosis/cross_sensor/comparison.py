@@ -27,6 +27,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, positions, reported
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
 #: Maximum and minimum number of compared plots of a sensor.
 TESTED_MAX = 400
@@ -97,6 +98,15 @@ class Comparison:
             float(sensors.longitude_rad[number]),
             float(sensors.height_m[number]),
         )
+
+    def apart_m(self, first: int, later: int) -> float:
+        """Return the horizontal distance of two sites, m."""
+        sites = np.array([(*self.site(one)[:2], 0.0) for one in (first, later)])
+        return float(np.linalg.norm(np.diff(geodetic_to_ecef(*sites.T), axis=0)))
+
+    def period_s(self, number: int) -> float:
+        """Return the configured scan period, s; NaN where unknown."""
+        return float(self._sensors.rotation_period_s[number])
 
     def plots(self, number: int) -> Plots:
         """Return the plots that are retained of a sensor."""

@@ -1,10 +1,19 @@
-"""Identities that are the same for all aircraft of a sensor."""
+"""Identities that are the same for all aircraft of a sensor, or not those of its aircraft."""
+
+from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
+import polars as pl
 
-from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.agreement import polar_agreement
+from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.cross_sensor.hypotheses import as_given
+from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, common_key
+from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.plots import KEYS, Floats, Plots, Site, located, reported
+from multiradar.diagnosis.names import listed
+from multiradar.diagnosis.plots import CONSPICUITY, KEYS, Floats, Plots, Site, located, reported
 
 #: Minimum fraction of plots with one value.
 SAME_MIN = 0.95
@@ -12,6 +21,30 @@ SAME_MIN = 0.95
 #: occupied in a window. One aircraft flies 4 km in it and occupies at most two cells except at a
 #: corner; two aircraft with the same address occupy up to four.
 WINDOW_S, CELL_M, CELLS_MIN = 12.0, 20_000.0, 6
+#: Codes of a sensor are those of other aircraft if at most this fraction of the tracks that it has
+#: in common with each other sensor has the same code; such tracks, and plots with a code in each.
+CODES_EQUAL_MAX, CODES_TRACKS_MIN, CODES_PLOTS_MIN = 0.25, 8, 3
+#: Transformations of codes, octal digits, with what is wrong.
+_CODE_FORMS: dict[str, Callable[[str], str]] = {
+    "decimal instead of octal numbers": lambda code: str(int(code, 8)).zfill(4),
+    "hexadecimal instead of octal numbers": lambda code: f"{int(code, 8):04x}",
+    "digits in reverse order (D, C, B, A)": lambda code: code[::-1],
+    "digits in the order A, C, B, D": lambda code: code[0] + code[2] + code[1] + code[3],
+}
+#: Plots of one radar under two identifiers: its revolution, by the configured scan periods; plots
+#: of the smaller part; distance of their sites, m; of the plots of aircraft that both detect within
+#: so many revolutions, at most this fraction is in the same one.
+SPLIT_PERIOD, SPLIT_PART_MIN, SPLIT_APART_M = 0.01, 0.2, 200.0
+SPLIT_SCANS, SPLIT_SAME_MAX = 3.0, 0.02
+#: A column of another row explains at least so much more; a smaller agreement is reported without a
+#: cause.
+SHIFTED_MORE_MIN, UNEXPLAINED_MAX = 0.3, 0.1
+_IDENTITIES = "identities"
+_COLUMNS = {
+    "range_m": "its ranges (range_m)",
+    "azimuth_deg": "its azimuths (azimuth_deg)",
+    _IDENTITIES: "the identities of its aircraft (track_number, mode_s_address, mode_3a)",
+}
 _TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
 
 
@@ -67,3 +100,200 @@ def _cells(plots: Plots, site: Site | None) -> float:
 def _numbers(values: Floats, width: float) -> Floats:
     found: Floats = np.floor((values - values.min(axis=0, initial=np.inf)) / width)
     return found
+
+
+def check_codes(evidence: Evidence) -> list[Diagnosis]:
+    """Diagnose Mode 3/A codes of a sensor that differ from those of others for the same tracks.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    """
+    codes = _codes_of_tracks(evidence)
+    pairs = codes.join(codes, on="track", suffix="_other").filter(
+        pl.col("sensor") != pl.col("sensor_other"),
+        ~pl.col("code_other").is_in(CONSPICUITY),
+    )
+    equal = (pl.col("code") == pl.col("code_other")).mean().alias("equal")
+    shares = (
+        pairs.group_by("sensor", "sensor_other")
+        .agg(equal, pl.len().alias("tracks"))
+        .filter(pl.col("tracks") >= CODES_TRACKS_MIN)
+    )
+    best = shares.group_by("sensor").agg(pl.col("equal").max(), pl.col("tracks").max())
+    wrong = best.filter(pl.col("equal") <= CODES_EQUAL_MAX).sort("sensor")
+    right = best.filter(pl.col("equal") > 1.0 - CODES_EQUAL_MAX)
+    names = [evidence.sensors.ids[one] for one in wrong["sensor"].to_list()]
+    if not names or (right.is_empty() and len(names) > 2):
+        return []
+    if right.is_empty():
+        tracks = int(wrong["tracks"].max())  # type: ignore[arg-type]  # of a column of integers
+        return [_codes_differ(names[:1], f"those of {listed(names[1:])}", tracks, "")]
+    found = []
+    for name, number, tracks in zip(names, wrong["sensor"], wrong["tracks"], strict=True):
+        own = pairs.filter(
+            pl.col("sensor") == number, pl.col("sensor_other").is_in(right["sensor"].to_list())
+        )
+        found.append(_codes_differ([name], "those of the other sensors", tracks, _code_form(own)))
+    return found
+
+
+def _codes_differ(names: list[str], of: str, tracks: int, why: str) -> Diagnosis:
+    (name,) = names
+    cause = why or "the codes of one of them belong to other rows or are in another form"
+    return Diagnosis(
+        name,
+        "codes",
+        f"{name}: its Mode 3/A codes (mode_3a) differ from {of} for nearly all of {tracks} common "
+        f"tracks: {cause}; correct the column, or leave it empty",
+    )
+
+
+# The code of most plots of each sensor in each track.
+def _codes_of_tracks(evidence: Evidence) -> pl.DataFrame:
+    plots = evidence.tracked()
+    columns = {
+        "track": plots.track_id,
+        "sensor": plots.measured.sensor,
+        "code": plots.measured.mode_3a,
+    }
+    return (
+        pl.DataFrame(columns)
+        .filter(pl.col("code") >= 0)
+        .group_by("track", "sensor")
+        .agg(pl.col("code").mode().min(), pl.len().alias("plots"))
+        .filter(pl.col("plots") >= CODES_PLOTS_MIN)
+        .select("track", "sensor", pl.col("code").cast(pl.Int64))
+    )
+
+
+def _code_form(pairs: pl.DataFrame) -> str:
+    own = [f"{code:04o}" for code in pairs["code"].to_list()]
+    others = [f"{code:04o}" for code in pairs["code_other"].to_list()]
+    for what, form in _CODE_FORMS.items():
+        same = sum(form(other) == one for one, other in zip(own, others, strict=True))
+        if same > 0.5 * len(own):
+            return f"probably {what}"
+    if len(set(own)) == 1:
+        return f"all are {own[0]}"
+    if np.isin(own, others).mean() > 0.5:
+        return "they are codes of other aircraft, and probably belong to other rows"
+    return "they are probably in another form"
+
+
+def check_split_radars(comparison: Comparison, names: tuple[str, ...]) -> list[Diagnosis]:
+    """Diagnose two radars at one site that never detect an aircraft in the same revolution.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    names : tuple of str
+        Identifiers of the sensors.
+
+    Returns
+    -------
+    list of Diagnosis
+        For the later one of each pair.
+    """
+    radars = [one for one in comparison.numbers if comparison.is_radar(one)]
+    return [
+        Diagnosis(
+            names[later],
+            "sensor_split",
+            f"{names[later]} and {names[first]} are at the same site and never detect an aircraft "
+            "in the same revolution: probably the plots of one radar under two identifiers, so "
+            "that each misses the plots of the other; give them one identifier",
+            "warning",
+        )
+        for first, later in combinations(radars, 2)
+        if comparison.apart_m(first, later) <= SPLIT_APART_M and _is_split(comparison, first, later)
+    ]
+
+
+def _is_split(comparison: Comparison, first: int, later: int) -> bool:
+    periods_s = comparison.period_s(first), comparison.period_s(later)
+    plots = comparison.plots(first), comparison.plots(later)
+    sizes = sorted(one.size for one in plots)
+    if not abs(periods_s[0] - periods_s[1]) <= SPLIT_PERIOD * periods_s[0]:
+        return False
+    key = common_key(plots[0], plots[1:])
+    if key is None or sizes[0] < SPLIT_PART_MIN * sizes[1]:
+        return False
+    scans = _nearest_s(plots[0], plots[1], key) / periods_s[0]
+    near = scans[scans <= SPLIT_SCANS]
+    return len(near) >= TESTED_MIN and bool(np.mean(near < 0.5) <= SPLIT_SAME_MAX)
+
+
+# Time from each plot to the nearest one of another sensor of the same aircraft, s.
+def _nearest_s(plots: Plots, others: Plots, key: int) -> Floats:
+    def rows(one: Plots) -> pl.DataFrame:
+        columns = {"name": one.keys[:, key], "time_s": one.time_s}
+        return pl.DataFrame(columns).filter(pl.col("name") >= 0).sort("time_s")
+
+    there = rows(others).with_columns(there_s=pl.col("time_s"))
+    joined = rows(plots).join_asof(
+        there, on="time_s", by="name", strategy="nearest", check_sortedness=False
+    )
+    apart = (joined["time_s"] - joined["there_s"]).abs().drop_nulls()
+    return apart.to_numpy()
+
+
+def check_other_rows(
+    comparison: Comparison, number: int, name: str, pairs: Pairs, *, trusted: int
+) -> Diagnosis | None:
+    """Diagnose a radar with a column of which each value belongs to another row.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    number, name : int, str
+        A radar that does not agree with others, by no error of a unit, a site or a clock.
+    pairs : Pairs
+        Positions by others of its aircraft, by their identities.
+    trusted : int
+        Other sensors that agree with each other.
+    """
+    share = comparison.agreement(number, pairs).share
+    compared = len(np.unique(pairs.plot))
+    if not are_named(pairs) or compared < TESTED_MIN:
+        return None
+    plots, tested = comparison.plots(number), comparison.tested(number)
+    rows = np.searchsorted(plots.time_s, tested.time_s)
+    polar = as_given(plots.range_m, plots.azimuth_deg)
+    best, what, rows_away = share + SHIFTED_MORE_MIN, "", 0
+    for by in (1, -1, 2, -2, 3, -3):
+        other = np.clip(rows + by, 0, plots.size - 1)
+        # Identities of other rows appear as ranges and azimuths of other rows.
+        for column, moved in (
+            ("range_m", (polar[0][other], polar[1][rows])),
+            ("azimuth_deg", (polar[0][rows], polar[1][other])),
+            (_IDENTITIES, (polar[0][other], polar[1][other])),
+        ):
+            site = comparison.site(number)
+            found = polar_agreement(moved, site, pairs, compared=compared).share
+            if found > max(best, AGREES_MIN):
+                best, what, rows_away = found, column, by
+    if what:
+        of = f"the {'row' if abs(rows_away) == 1 else f'{abs(rows_away)} rows'} " + (
+            "after" if (rows_away > 0) != (what == _IDENTITIES) else "before"
+        )
+        return Diagnosis(
+            name,
+            "other_rows",
+            f"{name}: {_COLUMNS[what]} probably belong to other rows: with those of {of}, "
+            f"{best:.0%} of its plots lie where other sensors detect the aircraft ({share:.0%} as "
+            "recorded); check how the columns were joined",
+        )
+    if trusted < 2 or share >= UNEXPLAINED_MAX:
+        return None
+    return Diagnosis(
+        name,
+        "other_rows",
+        f"{name}: only {share:.0%} of its plots lie where other sensors detect the same aircraft, "
+        "and no single error of a unit, its site or its clock explains this: one of its columns "
+        "(range, azimuth, time or identity) probably belongs to other rows, or to another sensor; "
+        "check how its measurements were made",
+    )

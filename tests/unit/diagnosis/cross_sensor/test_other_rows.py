@@ -1,0 +1,142 @@
+"""Columns, codes and identifiers that belong to other plots."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.diagnosis.model import Diagnosis
+from support.inputs.mistaken import RADARS, Recording, recording
+
+NAME, OTHERS = "2-10", ("1-10", "3-10")
+
+
+def shifted(one: Recording, by: int, *columns: str) -> Recording:
+    """Return a recording in which columns of a radar have the values of other rows."""
+    own = pl.col("sensor_id") == NAME
+    rows = one.frame.filter(own).with_columns(
+        pl.col(columns).shift(by).fill_null(strategy="backward")
+    )
+    rest = one.frame.filter(~own)
+    return Recording(pl.concat([rest, rows]).sort("time_s"), one.sensors)
+
+
+@pytest.mark.parametrize(
+    ("columns", "by", "words"),
+    [
+        (("range_m",), 1, "its ranges (range_m) probably belong to other rows: with those of the "
+         "row after, "),
+        (("azimuth_deg",), -2, "its azimuths (azimuth_deg) probably belong to other rows: with "
+         "those of the 2 rows before, "),
+        (("track_number",), 1, "the identities of its aircraft (track_number, mode_s_address, "
+         "mode_3a) probably belong to other rows: with those of the row after, "),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_column_of_other_rows_is_named(
+    columns: tuple[str, ...], by: int, words: str, *, alone: bool
+) -> None:
+    level = recording().changed(*RADARS, height_m=pl.lit(9000.0))
+    one = shifted(level, by, *columns)
+    found = (one.only(NAME, "1-10") if alone else one).diagnosed()
+    (own,) = (one for one in found if one.sensor_id == NAME)
+    assert (own.code, own.severity) == ("other_rows", "error")
+    assert words in own.sentence
+    assert all(one.sensor_id == NAME for one in found) or alone
+
+
+def test_values_without_any_relation_are_reported_without_a_cause() -> None:
+    rng = np.random.default_rng(3)
+    one = recording()
+    mixed = pl.Series("range_m", rng.permutation(one.frame["range_m"].to_numpy()))
+    (found,) = one.changed(NAME, range_m=pl.lit(mixed)).diagnosed()
+    assert (found.sensor_id, found.code) == (NAME, "other_rows")
+    assert (
+        "one of its columns (range, azimuth, time or identity) probably belongs" in found.sentence
+    )
+
+
+def coded(seed: int = 1) -> Recording:
+    """Return a recording whose aircraft have codes and no track numbers."""
+    code = pl.col("track_number").map_elements(
+        lambda number: f"{1303 + 37 * number:04o}", pl.String
+    )
+    one = recording(seed)
+    return Recording(
+        one.frame.with_columns(mode_3a=code, track_number=pl.lit(None, pl.Int64)), one.sensors
+    )
+
+
+def diagnosed(one: Recording, seed: int = 1) -> list[Diagnosis]:
+    """Return the diagnoses where each track has the plots of one aircraft."""
+    return one.diagnosed(recording(seed).frame["track_number"].to_numpy())
+
+
+CODE = pl.col("mode_3a")
+DECIMAL = CODE.str.to_integer(base=8).cast(pl.String).str.zfill(4)
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (pl.when(~DECIMAL.str.contains("[89]")).then(DECIMAL), "probably decimal instead of"),
+        (CODE.str.reverse(), "probably digits in reverse order"),
+        (pl.lit("2000"), "all are 2000"),
+        (CODE.sort(), "they are codes of other aircraft, and probably belong to other rows"),
+    ],
+)
+def test_codes_that_are_not_those_of_the_same_tracks_are_named(code: pl.Expr, words: str) -> None:
+    (found,) = diagnosed(coded().changed(NAME, mode_3a=code))
+    assert (found.sensor_id, found.code) == (NAME, "codes")
+    assert words in found.sentence
+
+
+def test_codes_of_one_of_two_radars_are_named_with_both() -> None:
+    one = coded()
+    frame = one.frame.with_columns(
+        mode_3a=pl.when(pl.col("sensor_id") == NAME).then(CODE.str.reverse()).otherwise(CODE)
+    ).with_columns(mode_3a=pl.when(pl.col("sensor_id") != "3-10").then("mode_3a"))
+    found = diagnosed(Recording(frame, one.sensors))
+    assert [(one.sensor_id, one.code) for one in found] == [("1-10", "codes")]
+    assert "differ from those of 2-10 for nearly all" in found[0].sentence
+    assert "the codes of one of them" in found[0].sentence
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_right_codes_are_no_mistake(seed: int) -> None:
+    assert diagnosed(coded(seed), seed) == []
+    # A third of the plots of a radar is garbled.
+    garbled = pl.when(pl.int_range(pl.len()) % 3 == 0).then(pl.lit("0042")).otherwise(CODE)
+    assert diagnosed(coded(seed).changed(NAME, mode_3a=garbled), seed) == []
+
+
+def divided(every: int, kept: int = 2) -> Recording:
+    """Return a recording in which some scans of a radar come under another identifier."""
+    one = recording()
+    period_s = RADARS[NAME][1]
+    scan = ((pl.col("time_s") - pl.col("time_s").min()) / period_s).floor().cast(pl.Int64)
+    second = one.frame.filter((pl.col("sensor_id") == NAME) & (scan % every < kept - 1))
+    kept_rows = one.frame.filter((pl.col("sensor_id") != NAME) | (scan % every >= kept - 1))
+    again = one.sensors[1].model_copy(update={"id": "9-10"})
+    frame = pl.concat([kept_rows, second.with_columns(sensor_id=pl.lit("9-10"))]).sort("time_s")
+    return Recording(frame, (*one.sensors, again))
+
+
+@pytest.mark.parametrize("every", [2, 4])
+def test_one_radar_that_alternates_between_two_identifiers_is_named(every: int) -> None:
+    (found,) = divided(every).diagnosed()
+    assert (found.sensor_id, found.code, found.severity) == ("9-10", "sensor_split", "warning")
+    assert found.sentence.startswith("9-10 and 2-10 are at the same site and never detect an ")
+
+
+def test_two_radars_on_one_antenna_are_no_mistake() -> None:
+    """A primary and a secondary radar, each of which detects two thirds of the aircraft."""
+    one = recording()
+    index = pl.int_range(pl.len()).over("track_number")
+    own = one.frame.filter(sensor_id=NAME)
+    primary = own.filter(index % 3 != 0).with_columns(
+        sensor_id=pl.lit("9-10"), range_m=pl.col("range_m") + 1.0
+    )
+    rest = one.frame.filter(pl.col("sensor_id") != NAME)
+    again = one.sensors[1].model_copy(update={"id": "9-10"})
+    frame = pl.concat([rest, own.filter(index % 3 != 1), primary]).sort("time_s")
+    assert Recording(frame, (*one.sensors, again)).diagnosed() == []
