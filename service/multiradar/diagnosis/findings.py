@@ -194,7 +194,8 @@ def _check_against_others(
     joint = [JointFit(evidence.sensors, comparison, one) for one in grouped(comparison, compared)]
     misplaced, of_sites = check_site_errors(evidence.sensors, joint)
     found += of_sites
-    found = found or _of_rows(comparison, suspects, trusted, names)
+    valid = [one for one in suspects if _is_valid(evidence, names[one])]
+    found = found or _of_rows(comparison, valid, trusted, names)
     trusted = [one for one in trusted if one not in misplaced]
     by_number = {
         one: _check_agreeing(evidence.sensors, comparison, one, against(one, trusted))
@@ -249,6 +250,12 @@ def _explain_suspects(
         # Radars at one site agree with each other also where all are wrong.
         return common_mistake(comparison, [*suspects, *trusted], names)
     return found
+
+
+# Rejected plots are retained, too, and agree with nothing.
+def _is_valid(evidence: Evidence, name: str) -> bool:
+    source = evidence.sources[name]
+    return source.rejected.total() <= loss_checks.LOST_MAX * source.read
 
 
 # Radars whose disagreement no other error explains.

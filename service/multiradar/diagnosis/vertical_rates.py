@@ -41,7 +41,8 @@ def check_vertical_rates(
     """
     known = np.isfinite(height_m) & (aircraft >= 0)
     order = np.lexsort((time_s[known], aircraft[known]))
-    time_s, height_m, aircraft = (one[known][order] for one in (time_s, height_m, aircraft))
+    time_s, height_m = time_s[known][order], height_m[known][order]
+    aircraft = aircraft[known][order]
     first, last = pairs_apart(time_s, aircraft, APART_MIN_S, APART_MAX_S)
     rate_mps = np.abs(height_m[last] - height_m[first]) / (time_s[last] - time_s[first])
     climbing = rate_mps > CLIMBING_MPS

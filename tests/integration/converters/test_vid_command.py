@@ -41,6 +41,8 @@ def test_a_run_that_is_stopped_leaves_nothing_finished_and_the_next_one_cleans_u
     tmp_path: Path, how: signal.Signals
 ) -> None:
     part = dumps.part_of_sample(4000)
+    # All files are from the first minutes.
+    del part["plots_ads.txt"][690:]
     large = {name: rows * 60 for name, rows in part.items()}
     dump = dumps.write_dump(tmp_path / "dump", large, dumps.columns())
     out = tmp_path / "out"

@@ -27,8 +27,8 @@ _ECCENTRICITY = float(np.sqrt(_ECCENTRICITY_SQUARED))
 _ITERATIONS = 8
 # Next to a pole the plane has no north.
 _LATITUDE_MAX_DEG = 89.0
-#: Distance of a configured reference point from that which the source reports, and from positions
-#: of other sensors in the same recording, m.
+#: Distances of a configured reference point, m: of a swapped one from that which the source
+#: reports, and of any from positions of other sensors in the same recording.
 _REPORTED_MAX_M, _COVERAGE_MAX_M = 50e3, 1500e3
 _CODE_MAX = 255
 _NUMBER = r"([+-]?\d+(?:\.\d+)?)"
@@ -118,21 +118,26 @@ def misplacement(
     str
         Follows the point and a colon.
     """
-    known = [*others] if reported is None else [reported]
-    limit_m, what = (
-        (_COVERAGE_MAX_M, "the positions of the other sensors in the recording")
-        if reported is None
-        else (_REPORTED_MAX_M, "the reference point that the recording contains")
-    )
-    if not known or min(_distance_m(given, one) for one in known) <= limit_m:
+    # Systems without a configured site report 0, 0. An option may correct a wrong site.
+    own = [] if reported is None or not any(reported) else [reported]
+    known = [*own, *others]
+    swapped = ReferencePoint(given.longitude_deg, given.latitude_deg)
+    if not known:
         return ""
     nearest = min(known, key=lambda one: _distance_m(given, one))
-    swapped = ReferencePoint(given.longitude_deg, given.latitude_deg)
+    apart_m = _distance_m(given, nearest)
+    is_swapped = _possible(swapped) and any(
+        _distance_m(swapped, one) <= min(_REPORTED_MAX_M, _distance_m(given, one)) for one in own
+    )
+    if apart_m <= (_REPORTED_MAX_M if is_swapped else _COVERAGE_MAX_M):
+        return ""
+    near = [one for one in known if _distance_m(swapped, one) <= _COVERAGE_MAX_M]
     cause = "the position is probably wrong"
-    if _possible(swapped) and min(_distance_m(swapped, one) for one in known) <= limit_m:
+    if _possible(swapped) and near:
         cause = "latitude and longitude are probably swapped"
+    what = "reference point that the recording contains" if own else "positions of other sensors"
     return (
-        f"{cause}: it is {_distance_m(given, nearest) / 1e3:.0f} km from {what} "
+        f"{cause}: it is {apart_m / 1e3:.0f} km from the {what} "
         f"({nearest.latitude_deg:.4f}, {nearest.longitude_deg:.4f})"
     )
 

@@ -29,9 +29,9 @@ def test_a_dump_is_tracked_without_being_converted_by_hand(tmp_path: Path) -> No
     sensors = SAMPLE.parent / "sensors-vid-sample.toml"
     dump = tmp_path / "dump"
     dump.mkdir()
-    for name in ("tracks.txt", "plots.txt", "plots_ads.txt"):
+    for name, count in (("tracks.txt", 1500), ("plots.txt", 1500), ("plots_ads.txt", 250)):
         lines = (SAMPLE / name).read_bytes().splitlines(keepends=True)
-        (dump / name).write_bytes(b"".join(lines[:1500]))
+        (dump / name).write_bytes(b"".join(lines[:count]))
     out, converted = tmp_path / "out", tmp_path / "converted"
     options = ("--date", "2018-08-01")
     assert _track(dump, "--sensors", sensors, "--out", out, *options) == 0

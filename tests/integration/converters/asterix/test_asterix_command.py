@@ -120,7 +120,7 @@ def test_blocks_of_artas_without_a_table_are_counted_and_skipped(tmp_path: Path)
 def test_datagrams_of_a_replay_file_are_read_with_all_their_blocks(tmp_path: Path) -> None:
     both = block(48, plot_048(1.0)) + block(48, plot_048(2.0))
     whole = rply([(0, both), (250, block(48, plot_048(3.0))), (40, b"\x00junk")]) + b"\x05\x00"
-    out = converted(tmp_path, whole)
+    out = converted(tmp_path, whole, status=EXIT_FAILED)
     assert [row["time_s"] for row in rows(out)] == [1.0, 2.0, 3.0]
     figures: dict[str, Any] = report(out).figures
     octets = figures["bytes"]["recording-0"]

@@ -69,6 +69,7 @@ def test_the_site_of_a_multilateration_system_is_its_reference_point() -> None:
 
 
 PARIS, OSLO, ATLANTIC = (ReferencePoint(*one) for one in ((48.9, 2.4), (60.2, 11.1), (2.4, 48.9)))
+NAURU = ReferencePoint(-0.5, 166.9)
 
 
 @pytest.mark.parametrize(
@@ -76,10 +77,14 @@ PARIS, OSLO, ATLANTIC = (ReferencePoint(*one) for one in ((48.9, 2.4), (60.2, 11
     [
         (ATLANTIC, PARIS, (), "latitude and longitude are probably swapped: it is 6"),
         (ATLANTIC, None, (PARIS,), "latitude and longitude are probably swapped: it is 6"),
-        (OSLO, PARIS, (), "the position is probably wrong: it is 1375 km from the reference point"),
+        (NAURU, PARIS, (), "the position is probably wrong: it is 14"),
+        # Between 40 and 50 degrees north and east, a swapped point is not far away.
+        (ReferencePoint(44.8, 41.7), ReferencePoint(41.7, 44.8), (), "latitude and longitude are"),
         # In the coverage of other sensors, corrected by some metres, or nothing to compare with.
         (OSLO, None, (PARIS,), ""),
         (PARIS, ReferencePoint(48.9001, 2.4), (OSLO,), ""),
+        (OSLO, PARIS, (), ""),
+        (PARIS, ReferencePoint(0.0, 0.0), (), ""),
         (ATLANTIC, None, (), ""),
     ],
 )
