@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 from multiradar.clock import SystemClock
@@ -76,12 +76,8 @@ def _outcomes(options: argparse.Namespace) -> Iterator[Outcome]:
         return
     pieces = [seeds[first : first + PIECE_RUNS] for first in range(0, len(seeds), PIECE_RUNS)]
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        options.workers, context, initializer=begin, max_tasks_per_child=PIECES_MAX
-    ) as pool:
-        running = [pool.submit(run_some, piece, names) for piece in pieces]
-        for done in as_completed(running):
-            yield done.result()
+    with context.Pool(options.workers, begin, maxtasksperchild=PIECES_MAX) as pool:
+        yield from pool.imap_unordered(partial(run_some, names=names), pieces)
 
 
 def _progress(total: Outcome, runs: int, duration_s: float) -> str:

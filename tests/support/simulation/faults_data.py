@@ -89,7 +89,7 @@ def _bias(world: World, drawn: random.Random) -> None:
     world.change(
         _radar(drawn), *window(drawn),
         lambda row: [
-            row | {
+            row if isinstance(row["range_m"], str) else row | {
                 "range_m": abs(row["range_m"] + metres),
                 "azimuth_deg": (row["azimuth_deg"] + degrees) % 360.0,
             }

@@ -13,8 +13,9 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.errors import MultiradarError
+from multiradar.errors import JournalError, MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.admission.sensors_in_force import SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -162,7 +163,8 @@ class Record:
 
     def start_failed(self, error: MultiradarError, *, damaged: str, faulty: bool) -> None:
         """Check why a process did not start."""
-        if damaged:
+        # Another fault may come before the damage is found.
+        if damaged and (isinstance(error, JournalError) or not faulty):
             require(JOURNAL in str(error), "I8", f"the error does not name the file: {error}")
             self.detected[damaged] += 1
             return
@@ -302,9 +304,9 @@ class Record:
         batches = _batches(entries, sensors)
         before_s, events = -math.inf, _Events()
         for sequence, kind, _, _, payload, *_, admission in entries:
-            clock_s = float.fromhex(json.loads(admission)["clock"][0])
+            clock_s = data_clock_of(admission)
             if sequence not in skipped:
-                set_back, before_s = clock_s < before_s, np.fmax(clock_s, -math.inf)
+                set_back, before_s = clock_s < before_s, clock_s
                 output = None
                 if kind == "flush" or (kind == "clock" and set_back):
                     output = marks[kind]()
