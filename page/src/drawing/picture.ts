@@ -29,7 +29,7 @@ import { Scans } from "../sky/scans";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
 import type { Clock } from "../time/clock";
-import { presentOf, unheardS } from "../time/presence";
+import { presentOf, silentS, unheardS } from "../time/presence";
 import { ZOOM_MAX, ZOOM_MIN, type ViewState } from "../view/view";
 
 const PICK_PX = 14;
@@ -125,8 +125,9 @@ export class Picture {
       this.centre();
       const now = performance.now();
       this.scene.unheardS = unheardS(feed, clock) ?? 0;
+      this.scene.silentS = silentS(feed, clock);
       this.element.classList.toggle("lost", feed.isLost(now) || feed.isUnreachable || (clock.isLive && feed.silenceS !== null));
-      this.element.classList.toggle("ended", clock.isLive && presentOf(feed, now).word === "No data");
+      this.element.classList.toggle("ended", clock.isLive && ["No data", "Delayed"].includes(presentOf(feed, now).word));
       this.draw(false);
       // The coast comes after the first tracks: reading it takes as long as drawing them.
       if (!isLandAsked && (this.store.frames > 0 || this.feed.problem !== "")) {
@@ -262,7 +263,7 @@ export class Picture {
   }
 
   private sites(): Site[] {
-    return this.layers.sites.all(this.feed.sensors, this.store);
+    return this.layers.sites.all(this.scene);
   }
 
   /** The track at a pixel, and whether it is one of the run for comparison. */

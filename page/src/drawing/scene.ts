@@ -47,6 +47,8 @@ export class Scene {
   timeS = 0;
   /** Time by which it is older than it says, s: no data come. */
   unheardS = 0;
+  /** Time for which no sensor has delivered, s; null where it is not known. */
+  silentS: number | null = 0;
   /** 0: plots as measured, 1: without biases; between them while they move. */
   corrected = 1;
   /** Boxes that labels leave free: left, top, width, height, … */

@@ -40,11 +40,11 @@ export class Sites {
   private plotted = "";
   private found: Site[] = [];
 
-  all(sensors: Sensor[], store: Store): Site[] {
-    const plotted = sensors.map((one) => (store.hasPlots(one.id) ? "p" : store.hasBearings(one.id) ? "b" : "n")).join("");
+  all({ feed: { sensors }, store, silentS }: Pick<Scene, "feed" | "store" | "silentS">): Site[] {
+    const plotted = `${silentS === 0} ${sensors.map((one) => (store.hasPlots(one.id) ? "p" : store.hasBearings(one.id) ? "b" : "n")).join("")}`;
     if (sensors !== this.of || plotted !== this.plotted) {
       [this.of, this.plotted] = [sensors, plotted];
-      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(severity), store))
+      this.found = bySeverity(sensors, store, { olderS: silentS, rejects: "" }).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(severity), store))
         .sort((a, b) => sensors.indexOf(a.sensor) - sensors.indexOf(b.sensor));
     }
     // A direction finder may move.
@@ -73,7 +73,7 @@ export class SitesLayer implements Layer {
     context.lineWidth = 1;
     context.font = `11px ${FONT}`;
     const named = new Map<string, { x: number; y: number; sites: Site[] }>();
-    for (const site of this.sites.all(scene.feed.sensors, scene.store)) {
+    for (const site of this.sites.all(scene)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       const colour = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
       context.strokeStyle = colour;
@@ -130,7 +130,7 @@ export class SitesLayer implements Layer {
   /** Write the distance of each ring on its north, where nothing else stands. */
   private nameRings(scene: Scene): void {
     const { context, palette, store, view } = scene;
-    for (const site of this.sites.all(scene.feed.sensors, scene.store)) {
+    for (const site of this.sites.all(scene)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       context.fillStyle = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
       const centre = scene.py(site.y);

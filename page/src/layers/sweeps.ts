@@ -24,7 +24,7 @@ export class SweepsLayer implements Layer {
   /** Whether a beam turns. */
   moves(scene: Scene): boolean {
     return scene.view.shown.sweeps
-      && this.sites.all(scene.feed.sensors, scene.store).some((one) => this.scans.azimuth(one.sensor, scene.timeS) !== null);
+      && this.sites.all(scene).some((one) => this.scans.azimuth(one.sensor, scene.timeS) !== null);
   }
 
   draw(scene: Scene): void {
@@ -32,7 +32,7 @@ export class SweepsLayer implements Layer {
     this.drawn.length = 0;
     if (!view.shown.sweeps) return;
     context.lineWidth = 1;
-    for (const { sensor } of this.sites.all(scene.feed.sensors, scene.store)) {
+    for (const { sensor } of this.sites.all(scene)) {
       const azimuth = this.scans.azimuth(sensor, timeS);
       if (azimuth === null || view.hiddenSensors.has(sensor.id)) continue;
       context.strokeStyle = sensorColour(store.sensors.indexOf(sensor.id), palette);

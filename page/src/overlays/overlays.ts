@@ -107,7 +107,8 @@ function joinedUp(given: number[], found: number[] = given, stride = 2): number[
 
 /** Where the name of a feature stands, if it has one. */
 function placeOf(feature: Feature): NamedPlace[] {
-  const [name, geometry] = [feature.get("name") as unknown, feature.getGeometry()];
+  const [given, geometry] = [feature.get("name") as unknown, feature.getGeometry()];
+  const name = typeof given === "number" ? String(given) : given;
   if (typeof name !== "string" || name === "" || geometry == null) return [];
   const [x, y] = geometry instanceof Polygon ? geometry.getInteriorPoint().getCoordinates()
     : geometry instanceof MultiPolygon ? geometry.getInteriorPoints().getFlatCoordinates()

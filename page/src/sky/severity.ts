@@ -96,8 +96,8 @@ export function isBearingsOnly(sensor: Sensor, store: Store): boolean {
 }
 
 /** Whether a radar delivers no plots now: its probability of detection and noise are those of before. */
-export function isWithoutPlots(sensor: Sensor, store: Store): boolean {
-  return alarmsOf(sensor).includes("silent") || isUnheard(sensor) || isBearingsOnly(sensor, store);
+export function isWithoutPlots(sensor: Sensor, store: Store, olderS: number | null): boolean {
+  return olderS !== 0 || alarmsOf(sensor).includes("silent") || isUnheard(sensor) || isBearingsOnly(sensor, store);
 }
 
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */

@@ -102,9 +102,9 @@ export class Track {
     this.trail.extend(this.timeS, this.x, this.y);
   }
 
-  /** Whether no height was received lately. */
+  /** Whether no height was received lately: such a level has no rate of climb either. */
   get isLevelEstimated(): boolean {
-    return this.heightSigmaM > LEVEL_SIGMA_MAX_M;
+    return this.heightSigmaM > LEVEL_SIGMA_MAX_M && !Number.isFinite(this.climbMps);
   }
 
   get isSpeedUncertain(): boolean {

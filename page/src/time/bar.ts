@@ -17,12 +17,13 @@ export function stateOf({ clock, feed }: App): string {
   return `${word} ${sinceOf(feed, word)}`.trim();
 }
 
-/** How long there have been no data; empty while they come. */
+/** How long there have been no data, or how late they are; empty while they come. */
 function sinceOf(feed: Feed, word: Present["word"]): string {
   const nowMs = performance.now();
   if (word === "No contact") return `for ${lasting((nowMs - feed.lastAnswerMs) / 1000)}`;
-  if (word !== "No data") return "";
+  if (word !== "No data" && word !== "Delayed") return "";
   const { forS } = presentOf(feed, nowMs);
+  if (word === "Delayed") return `by ${lasting(forS ?? 0)}`;
   return forS === null ? "since the service started" : `for ${lasting(forS)}`;
 }
 

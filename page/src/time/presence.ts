@@ -4,8 +4,8 @@ import type { Feed } from "../service/feed";
 import type { Clock } from "./clock";
 
 export interface Present {
-  word: "Connecting" | "Live" | "No contact" | "Not running" | "No data";
-  /** Time since the last measurement, s: 0 while they come, null where it is not known. */
+  word: "Connecting" | "Live" | "Delayed" | "No contact" | "Not running" | "No data";
+  /** Time since the last measurement in the picture, s: 0 while they come, null where it is not known. */
   forS: number | null;
 }
 
@@ -16,16 +16,32 @@ export function presentOf(feed: Feed, nowMs: number): Present {
   const number = (name: string): number | null => (typeof status[name] === "number" ? status[name] : null);
   const sinceS = (nowMs - feed.statusMs) / 1000;
   const last = number("received_age_s") ?? number("silence_s");
-  const forS = last === null ? null : last + sinceS;
+  // After a restart the service does not know when it received data before; the page may.
+  const forS = feed.heardMs !== null ? (nowMs - feed.heardMs) / 1000 : last === null ? null : last + sinceS;
   if (feed.isLost(nowMs) || feed.isUnreachable) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
   const { state } = status;
   if (state === undefined) return { word: "Connecting", forS: 0 };
   if (state !== "running") return { word: "Not running", forS };
+  const lagS = lagOf(status);
+  if (lagS !== null) return { word: "Delayed", forS: lagS + sinceS };
   const waiting = (number("intake_rows") ?? 0) + (number("backlog_rows") ?? 0);
   if (waiting > 0) return LIVE;
   // Read every few seconds: what is newer than that is not known.
   const limitS = number("silence_limit_s");
   return limitS === null || (number("received_age_s") ?? Infinity) <= limitS ? LIVE : { word: "No data", forS };
+}
+
+/** How long the oldest message has been waiting if the service does not keep up, s; null: it does. */
+function lagOf(status: Record<string, unknown>): number | null {
+  const unready = Array.isArray(status["unready"]) ? (status["unready"] as { code?: unknown }[]) : [];
+  if (!unready.some(({ code }) => code === "LAG")) return null;
+  return Math.max(0, ...Object.values((status["lags_s"] ?? {}) as Record<string, number>));
+}
+
+/** Time for which no sensor has delivered, s; null where it is not known. */
+export function silentS(feed: Feed, clock: Clock): number | null {
+  const { word, forS } = presentOf(feed, performance.now());
+  return clock.isLive && word !== "Delayed" ? forS : 0;
 }
 
 /** Time by which the picture of the present is older than it says, s; null where it is not known. */

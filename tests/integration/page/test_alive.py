@@ -92,10 +92,57 @@ def test_data_that_ended_are_not_live_and_their_ages_go_on(page: Page, air: Air)
     expect(page.locator("#tab-sensors .badge")).to_have_text("3 NO DATA")
     expect(page.locator("#sensors .summary")).to_contain_text("No data for 10 min.")
     expect(page.locator("#sensors .facts")).to_contain_text("last 10 min ago")
+    # The map says the same; what was measured before says nothing of the present.
+    settled(
+        page,
+        f"{PICTURE}.layers.layers[1].names.filter((one) => / NO DATA$/.test(one)).length === 3",
+    )
+    expect(page.locator("#sensors tbody tr").first.locator("td").nth(1)).to_have_text("–")
     age_s[0] = 1.0
     expect(badges.get_by_text("NO DATA")).to_have_count(0)
     expect(mode).to_have_text("Live")
     expect(page.locator(".picture.ended")).to_have_count(0)
+
+
+def test_a_service_that_does_not_keep_up_is_not_live(page: Page, air: Air) -> None:
+    waiting_s = [37.0]
+
+    def lagging(route: Route) -> None:
+        document = route.fetch().json() | {"received_age_s": 0.5, "backlog_rows": 1000}
+        if waiting_s:
+            document |= {"unready": [{"code": "LAG", "text": ""}], "lags_s": {"processor": 2000.0}}
+        route.fulfill(json=document)
+
+    page.route("**/v1/status", lagging)
+    opened(page, air)
+    mode = page.locator("#time .mode")
+    expect(mode).to_have_text("Delayed")
+    expect(page.locator("#time .since")).to_have_text("by 33 min")
+    expect(page.locator(".picture.ended")).to_have_count(1)
+    expect(page.locator("#tracks tbody tr[data-id] td:last-child").first).to_have_text("33 min")
+    # The sensors deliver.
+    page.keyboard.press("3")
+    expect(page.locator("#sensors tbody .badge")).to_have_count(3)
+    expect(page.locator("#sensors tbody .badge").get_by_text("NO DATA")).to_have_count(0)
+    waiting_s.clear()
+    expect(mode).to_have_text("Live")
+
+
+def test_ages_do_not_fall_when_the_service_restarts(page: Page, air: Air) -> None:
+    age_s: list[float | None] = [900.0]
+
+    def answer(route: Route) -> None:
+        route.fulfill(json=route.fetch().json() | {"received_age_s": age_s[0], "silence_s": None})
+
+    page.route("**/v1/status", answer)
+    opened(page, air)
+    ages = page.locator("#tracks tbody tr[data-id] td:last-child")
+    expect(ages.first).to_have_text("15 min")
+    age_s[0] = None
+    seen = page.evaluate("window.multiradar.feed.revision")
+    settled(page, f"window.multiradar.feed.revision > {seen} + 1")
+    expect(ages.first).to_have_text("15 min")
+    expect(page.locator("#time .since")).to_have_text("for 15 min")
 
 
 def test_a_service_that_restarted_without_new_data_is_not_live(page: Page, tmp_path: Any) -> None:

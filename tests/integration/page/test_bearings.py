@@ -93,7 +93,7 @@ def test_direction_finders_have_sites_and_moving_ones_where_they_were(
     settled(page, f"{NAMES}.length === 4")
     names = page.evaluate(f"{NAMES}")
     assert {*FINDERS} <= {*names}
-    sites = f"{PICTURE}.layers.sites.all(window.multiradar.feed.sensors, {STORE})"
+    sites = f"{PICTURE}.layers.sites.all({PICTURE}.scene)"
     place = page.evaluate(
         f"""(() => {{
           const {{ x, y }} = {sites}.find((one) => one.sensor.id === "df-south");

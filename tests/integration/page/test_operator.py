@@ -1,5 +1,6 @@
 """What an operator who sees the page for the first time must not be puzzled by."""
 
+import math
 import re
 from collections import Counter
 from typing import Any
@@ -133,6 +134,7 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     def wrong(sensors: list[dict[str, Any]]) -> None:
         by_name = {one["id"]: one for one in sensors}
         by_name["north"]["health"]["alarms"] = "silent"
+        by_name["north"]["clock_lead_s"] = 5.0
         by_name["west"]["health"] |= {"alarms": "noise,site", "range_sigma_ratio": 2.7}
         by_name["west"]["diagnoses"] = [{"code": "site", "sentence": "west: its site is 300 m off"}]
 
@@ -149,6 +151,7 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     sheet = page.get_by_role("region", name="Sensor north")
     north.click()
     expect(sheet).to_contain_text(re.compile(r"no plots at present; previously: \d+\.\d % of"))
+    expect(sheet).to_contain_text("Do not use these biases: the clock of this radar is wrong")
     page.evaluate("window.multiradar.actions.sensor('west')")
     assert "west FAULT" in names
     # A fault is in the estimates, too.
@@ -215,7 +218,7 @@ def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
     def changed(header: dict[str, Any], tracks: dict[str, Any]) -> None:
         header["sensors"] = list(header["sensors"])
         tracks["mode_3a"][0] = 0o7700
-        tracks["height_sigma_m"][1] = 200.0
+        tracks["height_sigma_m"][1], tracks["vertical_rate_mps"][1] = 200.0, math.nan
         tracks["state"][2], tracks["speed_mps"][2] = 0, 0.0
         tracks["sigma_now_m"][2] = 9000.0
 

@@ -8,7 +8,7 @@ import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
 import { bySeverity, doubtOf, estimateOf, isWithoutPlots, numberOf, type Severity } from "../../sky/severity";
-import { unheardS } from "../../time/presence";
+import { silentS } from "../../time/presence";
 import { rejectsOf } from "../system";
 import { sensorSheet } from "./sheet";
 
@@ -29,7 +29,7 @@ export const sensorPanel: Panel = {
 
 /** The sensors by severity, with what the service receives of all. */
 function sortedOf({ feed, store, clock }: App): { sensor: Sensor; severity: Severity }[] {
-  return bySeverity(feed.sensors, store, { olderS: unheardS(feed, clock), rejects: clock.isLive ? rejectsOf(feed.status) : "" });
+  return bySeverity(feed.sensors, store, { olderS: silentS(feed, clock), rejects: clock.isLive ? rejectsOf(feed.status) : "" });
 }
 
 function draw(app: App): TemplateResult {
@@ -61,7 +61,7 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
 function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {
   const ratio = (name: string): string => format(numberOf(sensor.health?.[name]), 1);
   // Those of a radar are of its plots.
-  const isMeasured = sensor.health !== null && !isWithoutPlots(sensor, app.store);
+  const isMeasured = sensor.health !== null && !isWithoutPlots(sensor, app.store, silentS(app.feed, app.clock));
   const detection = isMeasured ? numberOf(sensor.health?.["detection_probability"]) : NaN;
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);

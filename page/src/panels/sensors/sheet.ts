@@ -11,7 +11,7 @@ import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
 import { capitalised, doubtOf, estimateOf, isWithoutPlots, numberOf, type Severity } from "../../sky/severity";
-import { aged, unheardS } from "../../time/presence";
+import { aged, silentS, unheardS } from "../../time/presence";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;
@@ -144,7 +144,7 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
   const value = (name: string): number => numberOf(health?.[name]);
   const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
   const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
-  const before = isWithoutPlots(sensor, store) ? "no plots at present; previously: " : "";
+  const before = isWithoutPlots(sensor, store, silentS(feed, shown)) ? "no plots at present; previously: " : "";
   const noise = (ratio: number, configured: number | null, unit: string): string =>
     Number.isFinite(ratio) && configured !== null ? `${before}${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
