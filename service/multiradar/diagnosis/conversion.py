@@ -48,6 +48,7 @@ from multiradar.diagnosis.reports import check_reports
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar_schemas.reject import RejectCode
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
@@ -175,6 +176,9 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
     # The message above is for all of their blocks.
     for one in () if unknown else report["inputs"]:
         read, rejected = one["counts"]["read"], one["counts"]["rejected"]
+        # Copies, such as repeated positions of ADS-B, are not in another form.
+        codes = _files(report).get(one["file"], {}).get("rejected_by_code", {})
+        rejected -= codes.get(RejectCode.DUPLICATE, 0)
         if read >= READ_MIN and rejected > LOST_MAX * read:
             yield Diagnosis(
                 "",

@@ -243,3 +243,37 @@ def test_a_reported_reference_point_and_a_surface_radar_are_suggested(
     assert sites["0-107"].source.startswith("items 019/600")
     assert "latitude_deg = 41.297000" in found.sensors_toml
     assert "range_sigma_m = 10.0" in found.sensors_toml
+
+
+def positions(path: Path, start_s: float) -> Path:
+    """Write ADS-B positions of a minute."""
+    rows = [f"{start_s + 5 * k},4b1805,{46.0 + 0.01 * k},7.0,10000" for k in range(12)]
+    header = "timestamp,icao24,latitude,longitude,altitude"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_recordings_of_different_days_are_named(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = positions(tmp_path / "a.csv", DATE_S)
+    again = positions(tmp_path / "b.csv", DATE_S + 366.0 * 86_400.0)
+    assert run(["inspect", str(first), str(again)]) == EXIT_DONE
+    assert "times probably jump by 366 days" in capsys.readouterr().err
+    assert run(["inspect", str(recording), str(first)]) == EXIT_DONE
+    assert capsys.readouterr().err == ""
+
+
+def test_repeated_positions_are_not_unreadable(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A receiver that repeats the last position with a new time, as some feeds do."""
+    header = "timestamp,icao24,latitude,longitude,altitude,groundspeed"
+    rows = [f"{DATE_S + k},4b1805,{46.0 + 0.002 * (k // 4 * 4)},7.0,10000,450" for k in range(120)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    assert run(["inspect", str(path), "--json"]) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    assert [one.code for one in found.rejects] == ["DUPLICATE"]
+    assert 2 * found.rejects[0].count > found.counts.read
+    assert run(["convert", "adsb", str(path), "--out", str(tmp_path / "out")]) == EXIT_DONE

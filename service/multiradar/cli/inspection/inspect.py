@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from multiradar_schemas.inspection import Inspection
 
 _WIDTH = 160
-_TRUNCATED = "TRUNCATED"
+_TRUNCATED, _DUPLICATE = "TRUNCATED", "DUPLICATE"
 
 INSPECT_HELP = (
     "Inspect recordings before conversion.\n\n"
@@ -119,6 +119,7 @@ def inspect(
         print(json.dumps(figures, indent=1, ensure_ascii=False, allow_nan=False))
     else:
         _print(found, _command(files))
+    _warn_of_times(found)
     _fail_when_unreadable(found)
     _fail_when_truncated(found)
     _fail_when_unused(edition or [], found)
@@ -151,6 +152,27 @@ def _octets(files: list[Path]) -> int:
 
 def _command(files: list[Path]) -> str:
     return " ".join(["multiradar inspect", *map(str, files)])
+
+
+# Recordings of different days are inspected as one.
+def _warn_of_times(found: "Inspection") -> None:
+    from multiradar.diagnosis.evidence import Source
+    from multiradar.diagnosis.times import DATELESS_MAX_S, check_gaps, check_times
+
+    sources = {}
+    for one in found.sensors:
+        if one.first_s is None or one.last_s is None:
+            continue
+        longest = max(one.longest_gaps, key=lambda gap: gap.duration_s, default=None)
+        source = Source(read=one.reports, first_s=one.first_s, last_s=one.last_s)
+        if longest is not None:
+            source.gap_s, source.gap_from_s = longest.duration_s, longest.first_s
+        sources[one.sensor_id] = source
+    # Times of day are compared with the times of day of other recordings.
+    dated = {name: one for name, one in sources.items() if one.first_s >= DATELESS_MAX_S}
+    undated = {name: one for name, one in sources.items() if name not in dated}
+    for diagnosis in [*check_times(dated), *check_times(undated), *check_gaps(sources)]:
+        warn(diagnosis.sentence, DataWarning)
 
 
 # The figures are those of what is there.
@@ -188,11 +210,13 @@ def _fail_when_unreadable(found: "Inspection") -> None:
         With the most frequent reason.
     """
     for one in found.files:
-        part, whole, unit = one.rejected, one.read, "records"
+        reasons = [each for each in found.rejects if each.file == one.file]
+        # Copies, such as repeated positions of ADS-B, can be read.
+        copies = sum(each.count for each in reasons if each.code == _DUPLICATE)
+        part, whole, unit = one.rejected - copies, one.read, "records"
         if one.quarantined_bytes is not None:
             part, whole, unit = one.quarantined_bytes, one.bytes, "octets"
         if 2 * part > whole:
-            reasons = [each for each in found.rejects if each.file == one.file]
             msg = (
                 f"{one.file}: {part / whole:.0%} of its {unit} could not be read: "
                 f"{reasons[0].reason or reasons[0].code}"
