@@ -57,6 +57,7 @@ def test_biases_of_the_sample(
     assert sum(one.residuals.pairs for one in found.pairs) == whole.pairs
     assert sum(one.residuals.pairs for one in found.radars) == 2 * whole.pairs
     assert not found.unobservable
+    assert not found.warnings
     assert len(found.trend) > 8
     _check_priors(priors, found)
     reader = read_page(page)
@@ -106,6 +107,11 @@ def test_recordings_of_several_forms_are_one(
     apart, together = found
     assert len(apart.inputs) == 2
     assert apart.counts == together.counts
+    few = [one for one in together.radars if one.residuals.aircraft < 10]
+    assert few
+    assert [line.partition(" aircraft in common")[0] for line in together.warnings] == [
+        f"{one.sensor_id}: {one.residuals.aircraft}" for one in few
+    ]
     # Rows of equal times are in another order.
     for one, other in zip(apart.biases, together.biases, strict=True):
         assert abs(one.estimate - other.estimate) < 0.1 * other.sigma

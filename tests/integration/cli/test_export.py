@@ -40,6 +40,17 @@ def test_the_report_has_the_counts_of_the_run(tracked: tuple[Path, Path]) -> Non
     assert report["output_sha256"] in text
 
 
+def test_a_run_without_confirmed_tracks_has_a_report_without_a_map(
+    tracked: tuple[Path, Path], tmp_path: Path
+) -> None:
+    folder, page = tracked[0].parent, tmp_path / "page.html"
+    rows, few = pl.read_parquet(folder / "measurements.parquet"), tmp_path / "few.parquet"
+    rows.unique("sensor_id", keep="first", maintain_order=True).write_parquet(few)
+    command = ["track", str(few), "--sensors", str(folder / "sensors.toml")]
+    assert run([*command, "--out", str(tmp_path / "out"), "--report", str(page)]) == EXIT_DONE
+    assert "Map of tracks" not in read_page(page).headings
+
+
 def test_the_report_is_not_written_over_another(tracked: tuple[Path, Path], tmp_path: Path) -> None:
     out, page = tracked
     measurements, sensors = out.parent / "measurements.parquet", out.parent / "sensors.toml"

@@ -114,7 +114,7 @@ class SensorHealth:
         settings: TrackingSettings,
         plane: SystemPlane,
         *,
-        bounds_bias_errors: bool = True,
+        bounds_bias_errors: bool,
     ) -> None:
         self._sensors, self._settings = sensors, settings
         self._radars = np.flatnonzero(sensors.kinds == KIND_RADAR)

@@ -104,7 +104,9 @@ def test_reports_without_position_are_not_located(tmp_path: Path) -> None:
     # Items 010, 140 and 020 alone.
     bare = record((1, "14 82"), (2, f"{round(BEGIN_S * 128):06x}"), (3, "40"))
     survey = of_octets(tmp_path, block(48, bare) + block(48, plot_048(BEGIN_S)))
-    (sensor,) = inspection_of(survey, {}).sensors
+    found = inspection_of(survey, {})
+    assert found.sampled_fraction == 1.0
+    (sensor,) = found.sensors
     assert (sensor.reports, sensor.measurements, sensor.located_fraction) == (2, 1, 0.5)
     assert sensor.left_out == {"no_position": 1}
 

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
-from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, SHIFT, JointFit
+from multiradar.diagnosis.cross_sensor.site_errors import (
+    AIRCRAFT_MIN,
+    GAIN,
+    PAIRS_MIN,
+    SHIFT,
+    JointFit,
+)
 
 
 @pytest.mark.parametrize(
@@ -47,3 +53,18 @@ def test_errors_that_explain_nothing_are_not_reported(monkeypatch: pytest.Monkey
         given = iter(costs)
         monkeypatch.setattr(site_errors, "_cost", lambda *_, given=given: next(given))
         assert fits._search(rows, [(SHIFT, (0,))], {}) == found
+
+
+def test_what_reports_positions_may_be_shifted_as_the_site_of_a_radar(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Radars 0 and 1, of which 1 has a given gain, and 2, which reports positions.
+    fits, asked = object.__new__(JointFit), []
+    pairs = SimpleNamespace(source=np.array([1, 2, -1]))
+    fits._rows = SimpleNamespace(own=np.array([0, 0, 1]), pairs=pairs)  # type: ignore[assignment]
+    fits._comparison = SimpleNamespace(is_radar=lambda one: one < 2)  # type: ignore[assignment]
+    monkeypatch.setattr(site_errors, "_sites", lambda *_: [(0,), (1,)])
+    monkeypatch.setattr(JointFit, "_is_given", lambda _, one, kind: one == 1)
+    monkeypatch.setattr(JointFit, "_search", lambda _, rows, found, known: asked.append(found))
+    fits.site_errors()
+    assert asked == [[(SHIFT, (0,)), (SHIFT, (1,)), (SHIFT, (2,)), (GAIN, (0,))]]

@@ -1,13 +1,14 @@
 """What listens beyond loopback needs credentials."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from structlog.testing import capture_logs
 
 from multiradar.access.exposure import is_local, is_loopback, require_credentials
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.handovers import region_exchange
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import require_guarded
 from multiradar.settings.access import AccessSettings
@@ -139,3 +140,12 @@ def test_a_zenoh_file_without_endpoints_listens_everywhere(tmp_path: Path) -> No
     file.write_text('{ mode: "router" }')
     with pytest.raises(ConfigurationError, match=r"zenoh\.listen"):
         require_guarded(ZenohOptions(config_file=file))
+
+
+def test_neighbours_from_elsewhere_need_certificates_before_anything_starts() -> None:
+    region = {
+        "name": "west", "latitude_deg": 49.0, "longitude_deg": 8.0, "listen": ["tcp/0.0.0.0:7450"],
+        "neighbours": [{"name": "east", "latitude_deg": 49.0, "longitude_deg": 14.0}],
+    }  # fmt: skip
+    with pytest.raises(ConfigurationError, match=r"region\.listen: expected a loopback address"):
+        region_exchange(cast(Any, None), settings_of(region=region), AccessSettings())

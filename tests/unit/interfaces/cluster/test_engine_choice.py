@@ -60,7 +60,10 @@ def test_every_interface_must_be_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("multiradar.cluster.ray_steps.addresses_of_host", lambda: others)
     with pytest.raises(ConfigurationError, match=r"addresses of eth0 \(192\.0\.2\.7\) is named"):
         steps_of(ray_settings("127.0.0.1"), 2)
-    assert steps_of(ray_settings("192.0.2.7"), 2) is not None
+    steps = steps_of(ray_settings("192.0.2.7"), 2)
+    assert steps is not None
+    # Nothing has started.
+    assert steps.document() == {}
 
 
 def test_track_reports_it_before_anything_is_written(

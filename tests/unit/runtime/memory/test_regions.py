@@ -105,8 +105,10 @@ def test_a_region_takes_over_from_a_coasting_track_but_not_from_one_that_does_no
     assert not decide(own, [claim(5.0)], 30.0).responsible
     assert decide(own, [claim(5.0, fresh=False)], 30.0).responsible
     inside = own._replace(inside=True)
-    assert decide(inside, [claim(5.0)], 30.0).responsible
+    assert decide(inside, [claim(5.0)], 30.0) == (True, 30.0, claim(5.0))
     assert not decide(inside, [claim(5.0, hears=False)], 30.0).responsible
+    # The later one stays, also if the neighbour is ahead in time.
+    assert decide(inside, [claim(31.0)], 30.0).since_s > 31.0
 
 
 def handover(**changes: Any) -> bytes:

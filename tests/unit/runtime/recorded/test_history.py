@@ -4,6 +4,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,9 @@ from multiradar.runtime.recorded.history_files import (
     HistoryFolder,
     HistoryState,
     history_tables,
+    hour_name,
     hours_of,
+    parts_between,
     run_tables,
 )
 from multiradar.runtime.recorded.history_writer import (
@@ -160,6 +163,10 @@ def test_an_hour_has_the_rows_of_its_hour_and_reads_like_a_run(
         assert set((times["time_s"] // 3600).cast(pl.Int64)) == {hour.number}
     viewed = RecordedRun(run_files(hours[0].path, None, [hours[0].path]))
     assert (viewed.name, viewed.sensors.ids) == ("2023-11-14T22", TABLE.ids)
+    assert viewed.report["settings"]["coast_after_s"] == viewed.coast_after_s
+    # Without a report the settings are the defaults.
+    bare = RecordedRun(replace(viewed.files, report=hours[0].path / "missing.json"))
+    assert bare.coast_after_s == TrackingSettings().coast_after_s
     assert len(viewed.tracks(START_S + 1500.0)) == 12
     assert viewed.plots(START_S + 1400.0, START_S + 1500.0, 1000)[0].size > 90
     measured = [Recording(one.path / "measurements.parquet") for one in hours]
@@ -345,3 +352,19 @@ def test_a_folder_of_other_files_is_no_history(tmp_path: Path) -> None:
     (tmp_path / STATE_FILE).write_text("{")
     with pytest.raises(InputError, match="damaged"):
         HistoryFolder(tmp_path, dict)
+
+
+@pytest.mark.parametrize(
+    ("after_s", "until_s", "expected"),
+    [(650.0, 1100.0, "2"), (600.0, 1200.0, "123"), (1300.0, 3605.0, "34"), (3700.0, 3900.0, "")],
+)
+def test_only_the_parts_of_a_span_are_read(
+    tmp_path: Path, after_s: float, until_s: float, expected: str
+) -> None:
+    parts = (0, "1-0000-0600"), (0, "2-0600-1200"), (0, "3-1200-1800"), (1, "4-0000-0010")
+    for hour, name in parts:
+        path = tmp_path / hour_name(hour) / "tracks" / f"0000000{name}.parquet"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    found = parts_between(tmp_path, "tracks", after_s, until_s)
+    assert "".join(path.name[7] for path in found) == expected

@@ -49,6 +49,11 @@ def _full(packed: Floats) -> Floats:
     return full + np.triu(full, 1).T
 
 
+def test_forecasts_leave_their_modes_once_in_their_usual_duration() -> None:
+    modes = forecast_modes_of(SETTINGS)
+    np.testing.assert_allclose(modes[:, LEAVING], [1.0 / 90.0, *[1.0 / 60.0] * (COUNT - 1)])
+
+
 def test_straight_flight_is_a_constant_velocity_with_its_own_noise() -> None:
     ahead = np.array([7.0, 60.0])
     means, covariances = forecast_of_modes(*_certain(0), HELD, ahead)

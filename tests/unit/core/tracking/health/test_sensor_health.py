@@ -11,7 +11,7 @@ from support.scenarios import live_scene
 
 def test_sites_are_estimated_once_in_every_30_s(monkeypatch: pytest.MonkeyPatch) -> None:
     plane = SystemPlane(np.radians(50.0), np.radians(15.0))
-    health = SensorHealth(live_scene.sensors(), TrackingSettings(), plane)
+    health = SensorHealth(live_scene.sensors(), TrackingSettings(), plane, bounds_bias_errors=True)
     estimated, shifts = [], health._shifts
 
     def watched() -> object:

@@ -21,7 +21,7 @@ from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar_converters.asterix.framing.datagrams import Datagrams
 from multiradar_converters.asterix.live.batch import LiveBatch
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
-from support.asterix.octets import block, plot_048
+from support.asterix.octets import block, north_mark, plot_048
 from support.processes.waiting import wait_until
 
 NOON_S = 19_675 * 86_400.0 + 43_200.0
@@ -191,6 +191,15 @@ def test_a_batch_keeps_the_order_of_reception_over_all_listeners() -> None:
     work.drain()
     ((_, frame),) = service.frames
     assert frame["time_s"].to_list() == [NOON_S + k for k in range(10)]
+
+
+def test_datagrams_without_plots_are_decoded_and_nothing_is_submitted() -> None:
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    queue.put(Received(0, 1, NOON_S, north_mark(NOON_S)))
+    work.drain()
+    assert gateway.counts.number(0, "octets_decoded") == len(north_mark(NOON_S))
+    assert service.frames == []
 
 
 def test_what_the_service_rejects_is_counted_by_listener() -> None:
