@@ -68,13 +68,15 @@ class PolledSnapshots:
         if self._first is not None:
             first, self._first = self._first, None
             return first or None
-        left_s = self._due_s - self._clock.monotonic_s()
+        now_s = self._clock.monotonic_s()
+        left_s = self._due_s - now_s
         if left_s > 0.0:
             self._wait(min(left_s, WAIT_S))
             return None
-        # Intervals that were missed are not made up for.
-        self._due_s = max(self._due_s, self._clock.monotonic_s() - self._interval_s)
         self._due_s += self._interval_s
+        if self._due_s <= now_s:
+            # Intervals that were missed are not made up for.
+            self._due_s = now_s + self._interval_s
         # An empty one is that of a file which is just written.
         return self._fetch() or None
 
