@@ -115,6 +115,22 @@ def test_a_file_cut_at_any_byte_gives_its_whole_lines_and_accounts_for_the_rest(
             assert reject["code"] == "TRUNCATED"
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [(b"13,8", "decimal comma"), (b"08:00:00.5", "time of day"), (b"13;8", "was '13;8'")],
+)
+def test_a_number_in_another_form_is_explained(
+    tmp_path: Path, dump: Path, text: bytes, hint: str
+) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().split(b"\r\n")
+    lines[3] = b"\t".join([text, *lines[3].split(b"\t")[1:]])
+    path.write_bytes(b"\r\n".join(lines))
+    dumps.run(dump, tmp_path / "out")
+    (reject,) = dumps.rejects(tmp_path / "out")
+    assert hint in reject["reason"]
+
+
 def test_a_remark_at_the_end_is_no_truncated_line(tmp_path: Path, dump: Path) -> None:
     path = dump / "plots.txt"
     path.write_bytes(path.read_bytes() + b"(30 rows)")

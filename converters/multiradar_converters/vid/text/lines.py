@@ -19,6 +19,10 @@ _ISO_TIME = re.compile(
     rb"(?:Z|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
 _LAST_FIELD = re.compile(rb"(?:([^=\s;]+)=)?([^=\s;.]*)(?:\.([0-9]*))?$")
+_OTHER_FORMS = (
+    (re.compile(rb"[+-]?[0-9]+,[0-9]+"), " (a decimal comma; write a decimal point)"),
+    (re.compile(rb"[0-9]{1,2}:[0-9]{2}(:[0-9.]+)?"), " (a time of day; write seconds)"),
+)
 _BEGIN = re.compile(rb"\s*[0-9][-0-9.:TZ]*(?:[\s,;|]|$)")
 _KEY = re.compile(rb"([^=\s;]+)=")
 _EPOCH = dt.date(1970, 1, 1)
@@ -193,7 +197,7 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         )
     else:
         raise RejectedError(
-            RejectCode.NOT_A_NUMBER, f"{name}: expected a number, was {_shown(text)}"
+            RejectCode.NOT_A_NUMBER, f"{name}: expected a number, was {_shown(text)}{_hint(text)}"
         )
     value = value * layout.scale[role] + 0.0
     if value in (float("inf"), float("-inf")):
@@ -255,3 +259,7 @@ def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str)
 
 def _shown(text: bytes) -> str:
     return repr(text[:40].decode("utf-8", errors="backslashreplace"))
+
+
+def _hint(text: bytes) -> str:
+    return next((hint for form, hint in _OTHER_FORMS if form.fullmatch(text)), "")

@@ -178,6 +178,8 @@ def _check_address(url: str) -> None:
 
 def _cause(error: httpx.TransportError) -> str:
     # The system's message without the error number.
+    if "WRONG_VERSION_NUMBER" in str(error):
+        return "the service does not use TLS; use http:// instead of https://"
     return re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
 
 

@@ -251,3 +251,12 @@ def test_a_service_that_is_there_reports_the_sensors_of_both() -> None:
     pair = _Pair(a=0, b=200)
     assert pair.destination.configured() == ("41-10",)
     pair.destination.close()
+
+
+def test_a_service_without_tls_is_named() -> None:
+    def handle(_request: httpx.Request) -> httpx.Response:
+        raise httpx.ConnectError("[SSL: WRONG_VERSION_NUMBER] wrong version number (_ssl.c:1006)")
+
+    destination = HttpDestination("https://service", Encoding.ARROW, httpx.MockTransport(handle))
+    with pytest.raises(UnavailableError, match="does not use TLS; use http:// instead of https"):
+        destination.flush("k")
