@@ -153,7 +153,7 @@ def cells(run: Run) -> Iterator[tuple[str, str, str]]:
         marked(f"{found.swaps}", swaps <= (0.0 if coded else SWAPS_PER_H)),
     )
     yield (
-        "plots on the right track",
+        "plots on the correct track",
         f"≥ {RIGHT_SHARE:.0%}",
         marked(f"{found.right_share:.2%}", found.right_share >= RIGHT_SHARE),
     )

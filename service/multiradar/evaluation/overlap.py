@@ -141,7 +141,7 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
         return []
     return [
         f"the reference aircraft have a track within {gate_m:.12g} m (--gate) for only "
-        f"{fraction:.0%} of their time: another recording, or too small a gate?"
+        f"{fraction:.0%} of their time: another recording, or a gate that is too small?"
     ]
 
 
@@ -178,7 +178,7 @@ def _advice(own: _Span, known: _Span) -> str:
     dated = is_dated(own.last_s), is_dated(known.last_s)
     if dated[0] != dated[1]:
         which = "the reference" if dated[0] else "the tracked recording"
-        return f"{which} has times of day only: convert the recording with --date YYYY-MM-DD"
+        return f"{which} contains only times of day: convert the recording with --date YYYY-MM-DD"
     later_s = known.first_s - own.first_s
     days = round(later_s / _DAY_S)
     if days and own.meets(known, days * _DAY_S):
@@ -187,7 +187,7 @@ def _advice(own: _Span, known: _Span) -> str:
         return f"the reference is {count} {order} the tracks: wrong day (--date of `convert`)?"
     hours = round(later_s / _HOUR_S)
     if abs(later_s - hours * _HOUR_S) <= _ZONE_WITHIN_S and 0 < abs(hours) <= 14:
-        return f"they differ by {abs(hours)} h: another time zone, or another recording?"
+        return f"the times differ by {abs(hours)} h: another time zone, or another recording?"
     return "another recording, or a wrong day (--date of `convert`)?"
 
 

@@ -211,7 +211,7 @@ def in_series(errors: UpdateErrors, above_m: float) -> int:
 
 
 def _per_flight(rms_m: float, large_m: float) -> tuple[Requirement, ...]:
-    series = f"updates in series of {SERIES_MIN} or more errors above {large_m:g} m"
+    series = f"updates in series of {SERIES_MIN} or more successive errors above {large_m:g} m"
     return (
         Requirement("RMS position error of the worst flight", rms_m, "m", False, _worst_flight),
         # R5 of both volumes allows 0.03 % of the reports.
@@ -224,9 +224,15 @@ def _per_flight(rms_m: float, large_m: float) -> tuple[Requirement, ...]:
 PRESETS = MappingProxyType(
     {
         "ed142-enroute": (
-            Requirement("probability of detection in 8 s", 97.0, "%", True, _detection(8.0)),
+            Requirement("probability of detection within 8 s", 97.0, "%", True, _detection(8.0)),
             Requirement("RMS position error", 350.0, "m", False, _rms),
-            Requirement("gaps of 16.4 s or more, of all intervals", 1.0, "%", False, _gaps(16.4)),
+            Requirement(
+                "gaps of 16.4 s or more, as a fraction of all intervals",
+                1.0,
+                "%",
+                False,
+                _gaps(16.4),
+            ),
         ),
         "ed142-tma": (Requirement("RMS position error", 150.0, "m", False, _rms),),
         "esassp-3nm": _per_flight(330.0, 555.0),

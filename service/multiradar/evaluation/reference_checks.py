@@ -113,7 +113,7 @@ def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
     names = ", ".join(sorted(set(tracks.sensor_id[used].tolist())))
     return [
         f"{used.mean():.0%} of the updates are from {names}, which is also the reference, so the "
-        "errors are too small: run `track` without it (`--kinds radar`)"
+        "errors are underestimated: run `track` without this source (`--kinds radar`)"
     ]
 
 

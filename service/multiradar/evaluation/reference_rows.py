@@ -225,7 +225,7 @@ def _jump(row: int, near: int, time_s: Floats, direction: Floats) -> str:
     order = "later" if passed_s > 0.0 else "earlier"
     return (
         f"{far_km:,.0f} km from the position {abs(passed_s):.3g} s {order}, farther than an "
-        "aircraft can fly in that time; the other positions of the aircraft agree"
+        "aircraft can fly in that time; the other positions of the aircraft are consistent"
     )
 
 

@@ -44,9 +44,9 @@ def test_both_times_are_reported_in_utc() -> None:
     [
         (BEGIN_S, BEGIN_S + DAY_S + 60.0, "the reference is 1 day after the tracks: wrong day"),
         (BEGIN_S, BEGIN_S - 3 * DAY_S, "the reference is 3 days before the tracks: wrong day"),
-        (BEGIN_S, BEGIN_S + 2 * 3600.0, "they differ by 2 h: another time zone"),
-        (BEGIN_S, 28_800.0, "the reference has times of day only: convert the recording with"),
-        (28_800.0, BEGIN_S, "the tracked recording has times of day only: convert"),
+        (BEGIN_S, BEGIN_S + 2 * 3600.0, "the times differ by 2 h: another time zone"),
+        (BEGIN_S, 28_800.0, "the reference contains only times of day: convert the recording with"),
+        (28_800.0, BEGIN_S, "the tracked recording contains only times of day: convert"),
     ],
 )
 def test_advice_is_given(own_s: float, known_s: float, advice: str) -> None:
@@ -104,7 +104,7 @@ def test_rarely_matched_aircraft_give_a_warning() -> None:
     (said,) = rarely_matched(np.array([7, -1, -1, -1]), 2.0)
     assert said == (
         "the reference aircraft have a track within 2 m (--gate) for only 25% of their time: "
-        "another recording, or too small a gate?"
+        "another recording, or a gate that is too small?"
     )
 
 

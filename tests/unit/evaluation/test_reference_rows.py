@@ -57,7 +57,7 @@ def test_a_rejected_row_is_named_with_its_reason() -> None:
     _, counts = screened(table(rows), NUMBERS, "m.parquet")
     assert [str(one) for one in counts.rejects] == [
         "m.parquet: row 7: aircraft 3c0001: 1,106 km from the position 5 s earlier, farther than "
-        "an aircraft can fly in that time; the other positions of the aircraft agree",
+        "an aircraft can fly in that time; the other positions of the aircraft are consistent",
         "m.parquet: row 9: aircraft 3c0001: longitude_deg: expected a number from -360 to 360, "
         "was 999.0",
         "m.parquet: row 11: aircraft 3c0001: time_s: expected a number, was None",

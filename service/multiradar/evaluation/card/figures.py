@@ -88,7 +88,7 @@ def summary(values: Floats) -> Figures:
     Returns
     -------
     dict
-        Median, 95 % and largest are of absolute values; None where there are no values.
+        Median, 95 % and largest refer to absolute values; None where there are no values.
     """
     known = values[np.isfinite(values)]
     names = ("mean", "rms", "median", "p95", "largest")

@@ -20,7 +20,7 @@ _ERRORS = {
     "climb_mps": "rate of climb, m/s",
 }
 _DEFINITIONS = (
-    "Median, 95 % and largest are of absolute values. Errors are evaluated at the times of "
+    "Median, 95 % and largest refer to absolute values. Errors are evaluated at the times of "
     "measured updates."
 )
 
@@ -129,7 +129,7 @@ def rejects_tables(figures: Figures, most: int | None = None) -> list[Table]:
         for one in listed[:most]
     ]  # fmt: skip
     title = (
-        f"Rejected rows of the reference ({rows['read']} read = {rows['accepted']} accepted + "
+        f"Rejected reference rows ({rows['read']} read = {rows['accepted']} accepted + "
         f"{rows['rejected']} rejected + {rows['duplicate']} duplicate)"
     )
     return [Table(title, ("file", "row or line", "aircraft", "reason"), _cells(cells))]
@@ -163,8 +163,9 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
         )
     if _dict(figures["reference"])["kind"] == "smoothed":
         notes.append(
-            "The reference is computed from the same plots and biases as the tracks. It also uses "
-            "later plots, but errors common to the reference and the tracks are not included."
+            "The reference is computed from the same plots and biases as the tracks. The reference "
+            "also uses later plots, but errors common to the reference and the tracks remain "
+            "hidden."
         )
     if _dict(figures["reference"]).get("identity") == "tracks":
         notes.append(
@@ -210,8 +211,8 @@ def _differences(figures: Figures) -> Table:
         "estimated bias", "remaining",
     )  # fmt: skip
     caption = (
-        "Measured minus reference, over the plots of evaluated tracks, without outliers; the "
-        "remaining difference is the difference minus the estimated bias. Sigma treats the plots "
+        "Measured minus reference, over the plots of evaluated tracks, excluding outliers; the "
+        "remaining difference is this difference minus the estimated bias. Sigma treats the plots "
         "of an aircraft as correlated."
     )
     return Table(
@@ -268,7 +269,7 @@ def _tracks(figures: Figures) -> Table:
         ("longest gap", _unit(continuity["longest_gap_s"], "s")),
         ("identity swaps", f"{identity['swaps']} ({_number(identity['swaps_per_h'])} per hour)"),
         ("track number changes", _number(identity["number_changes"])),
-        ("plots on the right track", _plots(identity)),
+        ("plots on the correct track", _plots(identity)),
         ("false tracks", _with_longest(kinds, "false")),
         ("duplicate tracks", _with_longest(kinds, "duplicate")),
         ("tracks not evaluated", _number(kinds["not_judged"])),

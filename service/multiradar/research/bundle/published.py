@@ -88,7 +88,8 @@ class PublishedBundle:
         ]  # fmt: skip
         if not allowed.any():
             raise RestorationError(
-                f"no three of the {count} plots fit an arc within the lateral acceleration limit"
+                f"no three of the {count} plots can be joined by an arc within the lateral "
+                "acceleration limit"
             )
         # Sorted by deviation: the best are enough for thinning.
         self._tracks = tracks[allowed][: layout.CANDIDATES_MAX]

@@ -129,8 +129,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
     if definition.keeps_modes:
         raise ConfigurationError(
-            "expected a filter with a single motion model that is available in sequential form, "
-            f"was {name}"
+            f"expected a filter with a single motion model and a sequential form, was {name}"
         )
     prior = sensors.prior
     count = len(prior.mean)

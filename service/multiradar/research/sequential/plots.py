@@ -198,7 +198,7 @@ def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers
     if len(twice):
         row = int(order[twice[0]])
         what = f"plots of aircraft {aircraft[row]} at {times[row]} s"
-        raise ShapeError(what, "at most one plot of each sensor at any one time", times.shape)
+        raise ShapeError(what, "at most one plot per sensor at any time", times.shape)
 
 
 def _indices(values: ArrayLike, count: int, what: str) -> Integers:

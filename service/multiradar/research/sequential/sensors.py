@@ -270,6 +270,6 @@ def _require_each_once(sensor: int, kinds: list[int]) -> None:
     for kind in kinds:
         if kinds.count(kind) > 1:
             raise ConfigurationError(
-                f"sensor {sensor}: expected {PARAMETER_NAMES[kind]} once, was "
+                f"sensor {sensor}: expected {PARAMETER_NAMES[kind]} once, found "
                 f"{kinds.count(kind)} times"
             )

@@ -154,7 +154,7 @@ MANOEUVRE_PLANE = StudyEntry(
 )
 BEARING_ONLY = StudyEntry(
     name="bearing-only",
-    title="Trajectory estimation from angles alone",
+    title="Angles-only trajectory estimation",
     purpose="Compare the filter of Nenartovich and Isakov, which updates the track with each "
     "angle, with the conventional scheme, which first computes positions from the angles.",
     module="multiradar.research.studies.bearing_only.study",

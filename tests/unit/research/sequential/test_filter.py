@@ -183,7 +183,7 @@ def test_a_sensor_measures_an_aircraft_once_at_a_time() -> None:
     """An epoch holds one plot of each sensor; forty of one were once written out of bounds."""
     with pytest.raises(ShapeError, match=r"aircraft 3 at 2\.0 s: expected at most one plot"):
         Plots([1.0] + [2.0] * 40, [3] * 41, [0] * 41, np.ones((41, 2)))
-    with pytest.raises(ShapeError, match="at most one plot of each sensor"):
+    with pytest.raises(ShapeError, match="at most one plot per sensor"):
         Plots([1.0] * 3, [0, 1, 0], [1, 1, 1], np.ones((3, 2)))
     assert len(Plots([1.0, 1.0, 1.0, 2.0], [0, 0, 1, 0], [0, 1, 0, 0], np.ones((4, 2)))) == 4
 
@@ -252,7 +252,7 @@ def test_shapes_and_indices_are_checked() -> None:
         one.observe(7, 11.0, 0, [np.nan, 0.0])
     with pytest.raises(ShapeError, match="sensors"):
         one.observe(7, 11.0, 5, [1e4, 0.0])
-    with pytest.raises(ShapeError, match="at most one plot of each sensor"):
+    with pytest.raises(ShapeError, match="at most one plot per sensor"):
         one.observe_together(7, 11.0, [0, 0], np.ones((2, 2)))
     with pytest.raises(ShapeError, match="aircraft"):
         Plots([1.0], [0.5], [0], np.ones((1, 2)))

@@ -65,7 +65,7 @@ def _consistency(rows: list[Row]) -> Plot:
     return Plot(
         title="NEES of the bearings-only filter",
         x_label="t, s",
-        y_label="NEES / dimension",
+        y_label="NEES per dimension",
         series=(Series("95 % band", nees.x, edges[0], "band", edges[1]), nees),
         caption="Mean over runs at each time; errors within a run are correlated in time.",
         name="nees",
@@ -81,11 +81,11 @@ def _geometry() -> Plot:
         y_label="north, km",
         series=(
             *(Series("final lines of sight", one[:, 0], one[:, 1], "thin") for one in lines),
-            Series("sources", 1e-3 * SITES_M[:, 0], 1e-3 * SITES_M[:, 1], "points", key="ink"),
+            Series("sensors", 1e-3 * SITES_M[:, 0], 1e-3 * SITES_M[:, 1], "points", key="ink"),
             Series("aircraft", 1e-3 * path[:, 0], 1e-3 * path[:, 1], "track"),
         ),
         equal_axes=True,
-        caption="Mean aircraft path, starting at the dot. Moving sources are shown at their "
+        caption="Mean aircraft path, starting at the dot. Moving sensors are shown at their "
         "initial positions.",
         name="geometry",
     )

@@ -76,15 +76,15 @@ class Scenario(NamedTuple):
 
 
 SCENARIOS = (
-    Scenario("turning", "three sources with staggered scans"),
-    Scenario("two", "two sources with staggered scans", (0.0, 2.5)),
-    Scenario("at once", "three sources with simultaneous scans", (0.0, 0.0, 0.0)),
-    Scenario("moving", "three sources moving at 150 m/s", source_speed_mps=150.0),
-    Scenario("space", "three sources that also measure elevation", dimensions=3),
+    Scenario("turning", "three sensors with staggered scans"),
+    Scenario("two", "two sensors with staggered scans", (0.0, 2.5)),
+    Scenario("at once", "three sensors with simultaneous scans", (0.0, 0.0, 0.0)),
+    Scenario("moving", "three sensors moving at 150 m/s", source_speed_mps=150.0),
+    Scenario("space", "three sensors that also measure elevation", dimensions=3),
     Scenario("jammed", "one radar measuring range, two jammed radars", ranging=(0,)),
     Scenario(
         "missed",
-        "three sources with a probability of detection of 0.5",
+        "three sensors with a probability of detection of 0.5",
         detection_probability=0.5,
     ),
 )

@@ -36,9 +36,9 @@ _RUNS_OF_BAND_MIN = 2
 #: Velocity errors are compared once during their convergence, s.
 EARLY_S = 25.0
 SUMMARY = (
-    "Direction finders, or radars with jammed range measurement, observe an aircraft from several "
-    "sites. Each angle can update the track as it arrives, or the angles of a scan can first be "
-    "converted to a position fix. How do the two methods compare?"
+    "Direction finders, or radars whose range measurement is jammed, observe an aircraft from "
+    "several sites. Each angle can update the track as it arrives, or the angles of a scan can "
+    "first be converted to a position fix. How do the two methods compare?"
 )
 
 
@@ -191,10 +191,10 @@ def _table(rows: list[Row]) -> Table:
                 )
             )  # fmt: skip
     return Table(
-        title="Errors with bearings and with position fixes computed from bearings",
+        title="Tracking errors with bearings and with position fixes computed from bearings",
         header=(
-            "scenario", "scheme", "position, m", "velocity, m/s", "position ratio to bearings",
-            "velocity ratio to bearings",
+            "scenario", "scheme", "position, m", "velocity, m/s", "position, relative to bearings",
+            "velocity, relative to bearings",
         ),
         rows=tuple(cells),
         caption=f"RMS errors after the first {SETTLED_S:g} s. Scenarios: "
@@ -219,16 +219,16 @@ def _consistency_table(rows: list[Row]) -> Table:
     return Table(
         title="Covariance consistency (NEES)",
         header=(
-            "scenario", "scheme", "NEES / dimension", "band from", "to", "times within band, %",
+            "scenario", "scheme", "NEES per dimension", "band from", "to", "time within band, %",
             "crossing",
         ),
         rows=tuple(cells),
         caption="The 95 % band applies to the mean over runs and times and is computed from the "
-        "scatter of the run means. For the times within band, the NEES band applies at each time "
-        "separately; since the errors within a run are correlated in time, with some seeds NEES "
-        "stays outside the band for long periods, with others hardly ever. Crossing: the final "
-        "separation of the lines of sight divided by its error, condition (10); at least 3 is "
-        "required.",
+        "scatter of the run means. Time within band: fraction of the times at which the mean over "
+        "runs is within the 95 % band for a single time; since the errors within a run are "
+        "correlated in time, the NEES stays outside this band for long periods with some seeds, "
+        "and hardly ever with others. Crossing: final separation of the lines of sight, in "
+        "standard deviations (condition (10)); at least 3 is required.",
     )  # fmt: skip
 
 
@@ -265,26 +265,27 @@ def _notes(rows: list[Row]) -> list[str]:
     ]
     early_s, early = _early_gains(rows, scenario)
     return [
-        "The paper specifies neither the geometry nor the conventional scheme used for "
-        "comparison. `position fixes` treats the angles of a scan as simultaneous; `extrapolated "
-        "position fixes` first extrapolates each angle to the time of the last angle, at the rate "
-        "since the previous scan. Both compute fixes by least squares, with the covariance of the "
-        "intersection, and use the same Kalman filter.",
-        f"In the scenario {scenario}, the errors with position fixes are {gains[0]:.1f} times as "
-        f"large as with bearings, with extrapolated position fixes {gains[1]:.1f} times. The "
-        "factor of 1.5 to 2 in the paper is due to the different measurement times of the angles, "
-        "and to scans in which only one source detects the aircraft, so that no fix is obtained. "
-        f"With a probability of detection of 0.5 (scenario {missed}; the detection pattern is the "
-        "same in all runs, and other seeds give ratios of 1.2 to 2.8), the position errors are "
-        f"{gains[2]:.1f} and {gains[3]:.1f} times as large, the velocity errors {gains[4]:.1f} "
-        f"and {gains[5]:.1f} times. With simultaneous sources, the three lines of sight and their "
-        "intersection carry the same information, and the two methods differ only through the "
-        "nonlinearity of the measurements.",
-        "The paper reports the same gain for the velocity. Without missed detections the gain is "
-        "smaller: once the velocity estimate has converged, most of its error is due to the "
-        f"random acceleration of the aircraft. During convergence, after {early_s:.0f} s in the "
-        f"scenario {scenario}, the velocity errors are {early[0]:.1f} times as large with "
-        f"position fixes and {early[1]:.1f} times with extrapolated position fixes.",
+        "The paper specifies neither the geometry nor the conventional scheme used for comparison. "
+        "`position fixes` treats the angles of a scan as simultaneous; `extrapolated position "
+        "fixes` first extrapolates each angle to the time of the last angle, using the angular "
+        "rate since the previous scan. Both schemes compute each fix and its covariance by least "
+        "squares, and use the same Kalman filter.",
+        f"In the scenario {scenario}, the position errors are {gains[0]:.1f} times as large with "
+        f"position fixes as with bearings, and {gains[1]:.1f} times as large with extrapolated "
+        "position fixes. The factor of 1.5 to 2 in the paper is due to the different measurement "
+        "times of the angles, and to scans in which only one sensor detects the aircraft, so that "
+        f"no fix is obtained. With a probability of detection of 0.5 (scenario {missed}; the "
+        "detection pattern is the same in all runs, and other seeds give ratios of 1.2 to 2.8), "
+        f"the position errors are {gains[2]:.1f} and {gains[3]:.1f} times as large as with "
+        f"bearings, and the velocity errors {gains[4]:.1f} and {gains[5]:.1f} times as large. With "
+        "simultaneous scans, the three lines of sight and their intersection contain the same "
+        "information, and the two methods differ only because the measurements are nonlinear.",
+        "The paper reports the same improvement for the velocity. Without missed detections, the "
+        "improvement is smaller here: once the velocity estimate has converged, most of its error "
+        "is due to the random acceleration of the aircraft. During convergence, after "
+        f"{early_s:.0f} s in the scenario {scenario}, the velocity errors are {early[0]:.1f} times "
+        f"as large with position fixes as with bearings, and {early[1]:.1f} times as large with "
+        "extrapolated position fixes.",
         "Extrapolation uses each angle twice, so the errors of successive fixes are correlated "
         "and the reported covariance is too large or too small.",
     ]

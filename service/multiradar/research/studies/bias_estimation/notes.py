@@ -10,28 +10,29 @@ from multiradar.research.studies.bias_estimation.runs import (
 )
 
 _ERRORS = (
-    "Mean error: the magnitude of the error, averaged over the runs and over aircraft or radars. "
-    "Theoretical and reported: square roots of the averaged trace, (1.27), of the true covariance "
-    "by (1.26) and of the covariance reported by the filter. An RMS value is slightly larger than "
-    "a mean magnitude: by a factor of 1.13 for two Gaussian components of equal sigma, and 1.25 "
-    "for one component."
+    "Mean errors: magnitudes of the errors, averaged over the runs and over aircraft or radars. "
+    "Theoretical and reported errors: square roots of the averaged trace (1.27) of the true "
+    "covariance from (1.26) and of the covariance reported by the filter. An RMS value is slightly "
+    "larger than a mean magnitude: by a factor of 1.13 for two Gaussian components of equal sigma, "
+    "and by 1.25 for a single component."
 )
 _THEORY = (
     "For the theoretical values, each filter is run along the true tracks of the first run, "
-    "linearised at the truth. Its gain is measured from its response to small innovations, and "
-    "the covariance of all aircraft and biases is propagated by (1.26) with the noise term K D W "
-    "Dᵀ Kᵀ. At the truth, the two forms of the measurement differ only by a change of "
-    "coordinates, so their theoretical values are the same: any larger error of the linearised "
-    "form is the cost of converting plots to positions first."
+    "linearised at the truth. Its gain is measured from its response to small innovations, and the "
+    "covariance of all aircraft and biases is propagated by (1.26) with the noise term K D W Dᵀ "
+    "Kᵀ. At the truth, the two forms of the measurement differ only by a change of coordinates, so "
+    "their theoretical values are equal; any larger error of the linearised form is caused by "
+    "converting the plots to positions first."
 )
 _DRIFT = (
     "The report's table gives drift rates although (1.7) sets the drift to zero; both cases are "
     "studied. The drift is 1 m and 0.02° (one sigma) after one second, and grows with the square "
-    "root of time. With drifting biases the aircraft have a white acceleration of "
-    f"{DRIFT_DENSITY:g} m²/s³, different in each run and known to the filters. Tracks of aircraft "
-    "on exactly straight lines retain the effect of all past biases. The two-stage filter "
-    "re-anchors the tracks when the biases drift, and treats the effect of past biases as errors "
-    "that are independent between aircraft: below about 0.1 m²/s³ its covariance is too small."
+    "root of time. With drifting biases, the aircraft are subject to a white-noise acceleration "
+    f"with a spectral density of {DRIFT_DENSITY:g} m²/s³, which the filters know; the noise "
+    "differs between runs. Tracks of aircraft in exactly straight flight retain the effect of all "
+    "past biases. The two-stage filter re-anchors the tracks when the biases drift, and treats the "
+    "effect of past biases as errors that are independent from one aircraft to another: below "
+    "about 0.1 m²/s³, its covariance is too small."
 )
 _BANDS = (
     "The NEES band treats runs as independent, and the aircraft of a run as correlated according "
@@ -45,13 +46,13 @@ _INTERSECTION = (
     "velocities converge slowly; 10 s would suit manoeuvring aircraft."
 )
 _RANGE_LIMIT = (
-    f"Plots closer than {RANGE_MIN_M / 1e3:g} km to the radar are omitted, because there the "
-    "azimuth is not linear in the position. Without acceleration, no track of the scenario comes "
-    "so close."
+    f"Plots closer than {RANGE_MIN_M / 1e3:g} km to the radar are omitted, because the azimuth is "
+    "too nonlinear in the position there. Without acceleration, no track in the scenario comes "
+    "this close."
 )
 _TRACKS = (
     "The report does not publish its tracks. The study always uses those of the built-in scenario "
-    "report-1-6, which were generated at random once; the seed affects everything else."
+    "report-1-6, which were randomly generated once; the seed affects everything else."
 )
 
 
@@ -82,12 +83,13 @@ def _loss_notes(losses: Sequence[Loss]) -> list[str]:
     ratios = " and ".join(
         f"{times[density]:.4g} {where}"
         for density, where in (
-            (0.0, "on exactly straight lines"),
+            (0.0, "in exactly straight flight"),
             (DRIFT_DENSITY, "with the acceleration used here"),
         )
         if density in times
     )
     return [
-        "In theory, the ratio of its position error to the position error of the joint filter "
-        f"after {losses[0].time_s:g} s is {ratios}; the last table lists other accelerations."
+        "In theory, the ratio of the position error of the two-stage filter to that of the joint "
+        f"filter after {losses[0].time_s:g} s is {ratios}; the last table lists other "
+        "accelerations."
     ]

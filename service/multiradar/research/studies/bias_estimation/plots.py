@@ -108,7 +108,7 @@ def _consistency(cases: list[Case], findings: Findings, column: int) -> Plot:
     return Plot(
         title=_NEES_TITLES[CONSISTENCIES[column]],
         x_label=_TIME,
-        y_label="NEES / dimension",
+        y_label="NEES per dimension",
         series=(
             Series(
                 "95 % band, all times", times, bands.all_low[:, column], "band",
@@ -159,6 +159,7 @@ def _scene(findings: Findings, setting: Setting) -> Plot:
             Series("radars", sites[:, 0], sites[:, 1], "points"),
         ),
         equal_axes=True,
-        caption="The report does not publish its tracks; these were generated at random once.",
+        caption="The report does not publish its tracks; the tracks shown were randomly generated "
+        "once.",
         name="scene",
     )

@@ -13,9 +13,9 @@ from multiradar.research.studies.result import Progress, StudyOptions, StudyResu
 _SUMMARY = (
     "Fifteen aircraft fly straight for {duration:g} s and are observed by three radars with range "
     "and azimuth biases. Every filter starts with errors of 1 km, 300 m/s, 500 m and 0.3° (one "
-    "sigma) and processes the same plots: one per second from each radar for each aircraft. The "
-    "{runs} runs differ in noise, initial errors and, with drifting biases, in the drift. There "
-    "is no gating; the filters use the kernels of the service."
+    "sigma) and processes the same plots: one plot per second from each radar for each aircraft. "
+    "The {runs} runs differ in noise, in initial errors and, if the biases drift, in the drift. "
+    "Gating is disabled; the filters use the same compiled kernels as the service."
 )
 
 

@@ -37,7 +37,8 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
             f"Magnitude of the error, averaged over {runs} runs and all aircraft or radars.",
         ),
         Table(
-            f"Errors after {end_s:g} s: true, by (1.26), and as reported by the filters",
+            f"Errors after {end_s:g} s: true errors from (1.26), and errors reported by the "
+            "filters",
             (
                 "filter", "measurement", "drift",
                 *(f"{heading}, {kind}" for heading in HEADINGS for kind in ("true", "reported")),
@@ -46,7 +47,7 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
                 (*_which(case), *np.stack([case.theoretical[-1], case.reported[-1]], 1).ravel())
                 for case in findings.cases
             ),
-            "Square roots of the averaged trace of the position or velocity block, (1.27). These "
+            "Square roots of the averaged trace of the position or velocity block (1.27). These "
             "are RMS values, which for Gaussian errors are up to 1.13 times the mean magnitude in "
             "two dimensions and 1.25 times in one dimension.",
         ),
@@ -76,7 +77,7 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
                 bool(always[column]),
             ]
         rows.append((*_which(case), *cells))
-    parts = ("final", "mean over time", "times within band", "always within wider band")
+    parts = ("final", "mean over time", "time within band", "always within wider band")
     return Table(
         "Normalised estimation error squared (NEES) per dimension; 1 for a consistent filter",
         (
@@ -84,14 +85,15 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
             *(f"{what}, {part}" for what in ("aircraft", "biases") for part in parts),
         ),
         tuple(rows),
-        f"For a consistent filter, the mean over {runs} runs is within the 95 % band at 95 % of "
-        "the times, and within the wider band at all times with a probability of 95 %.",
+        f"For a consistent filter, the mean over {runs} runs is within the 95 % band for 95 % of "
+        "the time, and within the wider band at all times with a probability of 95 %.",
     )  # fmt: skip
 
 
 def _loss_table(losses: Sequence[Loss]) -> Table:
     return Table(
-        f"Two-stage and joint filter with drifting biases, by (1.26), after {losses[0].time_s:g} s",
+        f"Two-stage and joint filters with drifting biases after {losses[0].time_s:g} s, from "
+        "(1.26)",
         (
             "acceleration density, m²/s³", "joint, m", "two-stage, m", "excess over joint, %",
             "aircraft, expected NEES", "biases, expected NEES",
@@ -105,7 +107,7 @@ def _loss_table(losses: Sequence[Loss]) -> Table:
             for loss in losses
         ),
         "RMS position error with the drift given in the table of section 1.6. The effect of past "
-        "biases is common to all aircraft, but the two-stage filter treats it as independent "
-        "between aircraft. This is harmless if process noise makes the filter discard the past, "
-        "but not in exactly straight flight.",
+        "biases is common to all aircraft, but the two-stage filter treats this effect as "
+        "independent from one aircraft to another. This is harmless if process noise makes the "
+        "filter discard the past, but not in exactly straight flight.",
     )  # fmt: skip

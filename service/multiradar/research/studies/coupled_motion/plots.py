@@ -22,16 +22,18 @@ BAND = ("band_low", "band_high")
 #: The flights of model (5) with the turn rate of figure 3 a.
 PUBLISHED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PUBLISHED_TURN_RATES_RAD_PER_S[0])]
 HEADING_CAPTION = (
-    "Lines: exact, from the parameters; points: simulated. Only in the velocity frame are the "
-    "parameters valid for every heading and separate along from across the track."
+    "Lines: exact values, computed from the parameters; points: simulated. Only the parameters of "
+    "the velocity frame are valid for every heading and separate along-track from cross-track "
+    "acceleration."
 )
 CONSISTENCY_CAPTION = (
     "The process noise of the relative-speed model depends on the coordinate axes: its filter is "
-    "nearly consistent at headings between the axes and loses aircraft that fly along an axis."
+    "nearly consistent at headings between the axes and loses track of aircraft that fly along an "
+    "axis."
 )
 TURN_CAPTION = {
-    "velocity_rms_mps": "RMS over all flights, without the first fifth of each. The lines for "
-    "Cartesian and white acceleration coincide.",
+    "velocity_rms_mps": "RMS over all flights, excluding the first fifth of each flight. The lines "
+    "for Cartesian and white acceleration coincide.",
     "position_rms_m": "",
     "nees": "1 for a consistent filter, above 1 if its covariance is too small.",
 }
@@ -76,7 +78,7 @@ def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
         "north, km",
         tuple(series),
         equal_axes=True,
-        caption="Horizontal trajectories, all from the origin at 100 m/s.",
+        caption="Horizontal trajectories, all starting from the origin at 100 m/s.",
         group=f"Figure {panel[0]}: model ({'5' if scenario.model == FRAME else '2'})",
         name=f"figure-{panel[0]}" if panel.endswith("b") else "",
     )

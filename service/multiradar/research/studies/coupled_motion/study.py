@@ -63,8 +63,8 @@ TABLES = (
     (
         "velocity_rms_mps",
         "Velocity error of each filter by motion model, m/s",
-        "RMS over all flights, without the first fifth of each. Positions are measured every "
-        f"{INTERVAL_S:g} s, with an error of {POSITION_SIGMA_M:g} m in each coordinate.",
+        "RMS over all flights, excluding the first fifth of each flight. Positions are measured "
+        f"every {INTERVAL_S:g} s, with a sigma of {POSITION_SIGMA_M:g} m in each coordinate.",
     ),
     ("position_rms_m", "Position error of each filter by motion model, m", ""),
     (
@@ -76,9 +76,9 @@ TABLES = (
 
 SUMMARY = (
     "Aircraft accelerate along and perpendicular to their velocity, not along the coordinate axes "
-    "of the tracker. How does modelling the random acceleration along fixed axes, (2), differ "
-    "from modelling it in the velocity frame, (5), and how accurate is a filter based on each "
-    "model?"
+    "of the tracker. How does a model with random acceleration along fixed axes (2) differ from a "
+    "model with random acceleration in the velocity frame (5), and how accurate are filters based "
+    "on these models?"
 )
 
 
@@ -208,20 +208,20 @@ def _figure_table(rows: list[Row]) -> Table:
 
 def _notes(runs: int, steps: int) -> list[str]:
     return [
-        "The paper does not give the interval, the number of steps or the initial speed for its "
-        f"figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, initial "
-        "headings evenly spaced over the circle, and a climb angle of 2°; vertically, a_z = 0.2 "
-        "m/s² and v_φ = 0.1 °/s.",
-        f"Tracking: {runs} flights of each motion model, the same for every filter. Each filter "
-        "is given the RMS accelerations of its aircraft along and across the track and "
-        "vertically. Models with fixed axes use the mean square of the first two for both "
-        "horizontal axes; velocity-frame models use them directly, divided by the initial speed "
-        "to give rates.",
-        "The parameters of (5) are valid for every heading, those of (2) only if a_x = a_y. A "
-        "filter with (2) is then consistent on average, but cannot represent a lateral "
+        "The paper does not give the interval, the number of steps or the initial speed used for "
+        f"its figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, "
+        "initial headings evenly spaced over the circle, and a climb angle of 2°; vertically, a_z "
+        "= 0.2 m/s² and v_φ = 0.1 °/s.",
+        f"Tracking: {runs} flights of each motion model, the same for every filter. Each filter is "
+        "given the RMS accelerations of its aircraft along and across the track and vertically. "
+        "Models with fixed axes use the root mean square of the along-track and cross-track "
+        "accelerations for both horizontal axes; velocity-frame models use these accelerations "
+        "directly, divided by the initial speed to obtain rates.",
+        "The parameters of (5) are valid for every heading, the parameters of (2) only if a_x = "
+        "a_y. A filter with (2) is then consistent on average, but cannot represent a lateral "
         "acceleration larger than the longitudinal one. The relative-speed model has no process "
-        "noise along an axis without initial speed: at headings near the axes, its filter is "
-        "overconfident and loses aircraft that turn.",
+        "noise along an axis on which the initial speed is zero: at headings near the axes, its "
+        "filter is overconfident and loses track of turning aircraft.",
         "The filter with (7) takes the direction of its process noise from the estimated "
         "velocity. At 6 °/s this direction is wrong by about 10°: part of the strong cross-track "
         "noise is then applied in the wrong direction, and the covariance is too small. The "

@@ -91,7 +91,7 @@ def _path() -> Plot:
             Series("radar", np.zeros(1), np.zeros(1), "points", key="ink"),
         ),
         equal_axes=True,
-        caption="Path in the plane OXZ over 10 s, starting at the dot.",
+        caption="Path in the OXZ plane over 10 s, starting at the dot.",
         name="path",
     )
 

@@ -186,9 +186,10 @@ def _errors_table(rows: list[Row]) -> Table:
             "runs at or below, %", "distance, m", "published", "runs at or below, %",
         ),
         rows=tuple(cells),
-        caption="The paper does not give the radius; the published errors are from figures of a "
-        "single run. Runs at or below: fraction of runs with an error no larger than published. "
-        "Determined: fraction of runs in which the points do not fit a straight line.",
+        caption="The paper does not give the radius; the published errors are taken from figures "
+        "of a single run. Runs at or below: fraction of runs with an error no larger than the "
+        "published error. Determined: fraction of runs in which the points do not fit a straight "
+        "line.",
     )  # fmt: skip
 
 
@@ -207,7 +208,7 @@ def _rejection_table(rows: list[Row]) -> Table:
         )  # fmt: skip
     return Table(
         title="Rejection rate of planar motion on a circle, %",
-        header=("source", "runs", "χ², N − 3", "99.9 % band for 0.3 %", "criterion (1.17)"),
+        header=("source", "runs", "χ², N − 3", "99.9 % band around 0.3 %", "criterion (1.17)"),
         rows=tuple(cells),
         caption="At the published significance level of 0.3 %.",
     )
@@ -223,7 +224,7 @@ def _helix_table(rows: list[Row]) -> Table:
     return Table(
         title="Helix detection rate, %",
         header=(
-            "speed along the axis, m/s",
+            "speed along the helix axis, m/s",
             *(
                 f"radius {radius:g} m: {angle:.0f}°"
                 for radius, angle in zip(HELIX_RADII_M, turned, strict=True)
@@ -241,12 +242,13 @@ def _notes(rows: list[Row]) -> list[str]:
     return [
         "Λ has N − 3 degrees of freedom, because the plane has three parameters. The published "
         f"criterion √(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of planar motions here, "
-        "not 0.3 %: in Fisher's approximation its threshold corresponds to two sigma, or 2.3 %.",
+        "not 0.3 %: in Fisher's approximation, its threshold corresponds to two sigma, that is, "
+        "2.3 %.",
         "`proportional`: sources with sigmas in the ratio 1 : 2 : 3 and covariances of the same "
-        "shape and orientation, solved as an eigenproblem. `two directions`: covariances rotated "
-        "by 90° relative to each other, which are not proportional, solved by the search that "
-        "starts from the solution of the eigenproblem.",
+        "shape and orientation; the plane is found by solving an eigenproblem. `two directions`: "
+        "covariances rotated by 90° relative to each other, which are not proportional; the plane "
+        "is found by a search that starts from the solution of the eigenproblem.",
         "Half a turn of a helix lies almost in an inclined plane: a slow climb is not detected, "
-        "and is of no consequence. The larger the observed part of a turn, the slower the climb "
-        "that can be detected.",
+        "but has no practical effect either. The larger the observed part of a turn, the slower "
+        "the climb that can be detected.",
     ]

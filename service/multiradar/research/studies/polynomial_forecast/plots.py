@@ -169,9 +169,9 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
             y_label="filtered − truth, m",
             series=tuple(errors),
             y_limits=(-6.0, 6.0),
-            caption="Because the acceleration is ten prior sigmas, the error is outside the band "
-            "at first: the filter follows a straight line until the observations outweigh the "
-            "prior.",
+            caption="Because the acceleration is ten prior sigmas away from its prior mean, the "
+            "error is outside the band at first: the filter follows a straight line until the "
+            "observations outweigh the prior.",
             name="trajectory-error",
         ),
     ]

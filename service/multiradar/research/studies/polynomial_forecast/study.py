@@ -35,10 +35,10 @@ PUBLISHED: dict[tuple[float, float | None], tuple[float, ...]] = {
     (0.1, 20.0): (0.098, 0.189, 0.332, 0.544, 0.845),
 }
 SUMMARY = (
-    "A trajectory that is quadratic in time, with normally distributed coefficients (variances "
-    "100 m², 25 (m/s)² and 0.04 (m/s²)²), is observed with white noise of intensity C₂. How "
-    "accurate is the filtered position during the observation, and how quickly does a forecast "
-    "deteriorate after the last observation?"
+    "A trajectory that is quadratic in time, with normally distributed coefficients (variances 100 "
+    "m², 25 (m/s)² and 0.04 (m/s²)²), is observed in white noise of intensity C₂. How accurate is "
+    "the filtered position during the observation, and how quickly does a forecast deteriorate "
+    "after the last observation?"
 )
 # Upper bound of the search for the number of runs of the paper.
 _RUNS_SEARCHED = 100_000
@@ -180,16 +180,18 @@ def _notes(figures: list[Figure], rows: list[dict[str, Value]], runs: int) -> li
     inside = sum(map(_inside, rows))
     return [
         "The variances of the filter and of the regression agree to within a relative difference "
-        f"of {apart:.1g}. The filter adds information in Legendre polynomials without numerical "
-        "integration. The paper's equations for γ, integrated with Euler steps of 1 ms, no longer "
-        "yield a valid covariance after the first step for C₂ = 0.1 m²·s, and diverge later.",
-        f"{inside} of {len(rows)} mean squares over {runs} runs lie within their 99.9 % bands. "
-        "The values of a run are correlated; with about one seed in fifty, one of them is outside.",
+        f"of {apart:.1g}. The filter accumulates information in a basis of Legendre polynomials, "
+        "without numerical integration. The paper's equations for γ, integrated with Euler steps "
+        "of 1 ms, no longer yield a valid covariance after the first step for C₂ = 0.1 m²·s, and "
+        "diverge later.",
+        f"{inside} of {len(rows)} mean squared errors over {runs} runs lie within their 99.9 % "
+        "bands. The values of a run are correlated; with about one seed in fifty, one value lies "
+        "outside its band.",
         _note_on_published_values(figures),
         "Misprints in the paper are corrected: the gain is (γ₀₀, γ₁₀, γ₂₀)/C₂, the last term of "
         "the equation for γ₀₁ is γ₀₀ γ₀₁/C₂, and C₂ is an intensity in m²·s. In figure 2, the "
-        "value of −2 m/s² belongs to α₂, not α₀. It is ten sigmas of its prior, so the filter "
-        "lags until it has enough observations.",
+        "value of −2 m/s² belongs to α₂, not α₀. This value is ten prior sigmas away from its "
+        "prior mean, so the filter lags until it has enough observations.",
     ]
 
 
@@ -205,11 +207,11 @@ def _note_on_published_values(figures: list[Figure]) -> str:
     ahead = [ratio for (forecast, *_), ratio in ratios.items() if forecast]
     all_runs, other_runs = map(largest_consistent_runs, (list(ratios.values()), others))
     return (
-        "The published values are mean squares over an unpublished number of runs. The value "
-        f"furthest from the exact one (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
-        f"{ratios[furthest]:.2f} times the exact value. All {len(ratios)} values lie within their "
-        f"99.9 % bands only for at most {all_runs} runs, and all the other values only for at "
-        f"most {other_runs} runs. The published forecast variances are {min(ahead):.2f} to "
-        f"{max(ahead):.2f} times the exact values; all deviate in the same direction because they "
-        "come from the same trajectories."
+        "The published values are mean squared errors over an unpublished number of runs. The "
+        f"value that differs most from the exact value (t = {furthest[1]:g} s, C₂ = "
+        f"{furthest[2]:g} m²·s) is {ratios[furthest]:.2f} times as large. All {len(ratios)} values "
+        f"lie within their 99.9 % bands only if the number of runs was at most {all_runs}; without "
+        f"this value, it was at most {other_runs}. The published forecast variances are "
+        f"{min(ahead):.2f} to {max(ahead):.2f} times the exact values; all deviate in the same "
+        "direction because they were computed from the same trajectories."
     )

@@ -158,8 +158,8 @@ def _accelerations(run: Run, named: dict[str, Picture]) -> Plot:
             Series("mean track of the service", times, np.asarray(mean), key="tracks"),
             Series("true", times, true_lateral_mps2(times), "dashed", key="ink"),
         ),
-        caption="Over the window, for the best track after the report's search, the best track of "
-        "the service, and the weighted mean of the service's tracks.",
+        caption="Lateral acceleration over the window: best track from the report's search, best "
+        "track of the service, and weighted mean of the service's tracks.",
         name="lateral-acceleration",
     )
 

@@ -44,8 +44,8 @@ STEP_LABELS = {
     "the same, thinned by weight alone": "before the last plot, thinned by weight alone",
     VARIANTS[0][0]: "Hooke–Jeeves search, as published",
     VARIANTS[1][0]: "Hooke–Jeeves search, last segment at least 20 s",
-    VARIANTS[2][0]: "Hooke–Jeeves search, last plot weighted by a quarter",
-    VARIANTS[3][0]: "Hooke–Jeeves search, a dimple for each plot",
+    VARIANTS[2][0]: "Hooke–Jeeves search, last plot weighted by 1/4",
+    VARIANTS[3][0]: "Hooke–Jeeves search, one dimple per plot",
     "least squares on the same": "least squares, same functional",
     "the bundle: priors, least squares, Laplace": "service: priors, least squares, Laplace",
 }

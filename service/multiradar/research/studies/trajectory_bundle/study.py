@@ -17,10 +17,11 @@ from multiradar.research.studies.trajectory_bundle.runs import (
 )
 
 SUMMARY = (
-    "An aircraft flies an S (straight, left turn, right turn, straight) and is observed by two "
-    "radars. What is the result of each step of the report's algorithm (arcs through triples of "
-    "plots in the initial window, an arc to every new plot, groups of tracks of which the best "
-    "are kept, the Hooke–Jeeves search), and of the bundle of the service?"
+    "An aircraft flies an S-shaped path (straight, left turn, right turn, straight) and is "
+    "observed by two radars. What does each step of the report's algorithm produce (arcs through "
+    "triples of plots in the initial window, an arc to every new plot, grouping of the tracks and "
+    "selection of the best of each group, the Hooke–Jeeves search), compared with the bundle of "
+    "the service?"
 )
 
 
@@ -135,9 +136,9 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         caption="Means over runs. Best, weighted: mean distance from the true path over the "
         "window, for the best track and for the weighted mean of all tracks. Scatter: mean "
         "distance of all tracks from the best track. End from plot: median distance of the track "
-        "ends from the last plot, in sigmas of that plot; 1.2 for the truth. End of best track: "
-        "its distance from the truth. Misfit: −ln of the likelihood of the plots given the best "
-        "track.",
+        "ends from the last plot, in sigmas of that plot; 1.2 for the true position. End of best "
+        "track: distance of its end from the true position. Misfit: −ln of the likelihood of the "
+        "plots given the best track.",
     )
 
 
@@ -150,30 +151,31 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
         f"Figure 2.3 shows the bundle {BUNDLE_TIME_S:g} s after the first plot, immediately after "
         "branching; figure 2.4 shows the same bundle after the search. A branch leaves its track "
         "at least 10 s before the plot, so that no segment is shorter than the search allows. The "
-        "figures show the run in which the distance of the track ends from the last plot, after "
-        "the search, is the median of all runs.",
-        "Grouping serves a purpose: tracks kept by weight alone are nearly identical, as the "
-        f"report states. Their scatter is {_text(alone, 'scatter_m')} m, compared with "
-        f"{_text(grouped, 'scatter_m')} m with groups. The larger errors that the report "
-        "describes after a change of motion do not occur here: by weight alone, the best track "
-        f"ends {_text(alone, 'end_from_truth_m')} m from the truth, with groups "
-        f"{_text(grouped, 'end_from_truth_m')} m. The scatter is {_text(first, 'scatter_m')} m in "
-        f"the initial window and {_text(searched, 'scatter_m')} m after the search.",
-        "The defect described in the report is confirmed: after the search, half of the tracks "
-        f"end within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where 1.2 "
-        "is expected. The cause is the functional, not the search: least squares show the same "
+        "figures show the run with the median distance of the track ends from the last plot after "
+        "the search.",
+        "Grouping is useful: tracks selected by weight alone are nearly identical, as the report "
+        f"states. Their scatter is {_text(alone, 'scatter_m')} m, compared with "
+        f"{_text(grouped, 'scatter_m')} m with groups. The larger errors that the report describes "
+        "after a change of motion do not occur here: the best track ends "
+        f"{_text(alone, 'end_from_truth_m')} m from the true position if tracks are selected by "
+        f"weight alone, and {_text(grouped, 'end_from_truth_m')} m with groups. The scatter is "
+        f"{_text(first, 'scatter_m')} m in the initial window and {_text(searched, 'scatter_m')} m "
+        "after the search.",
+        "The defect described in the report is confirmed: after the search, half of the tracks end "
+        f"within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where 1.2 is "
+        "expected. The cause is the functional, not the search: a least-squares fit shows the same "
         "defect. Of the remedies proposed in the report, a longer last segment does not cure the "
         "defect; a smaller weight of the last plot moves the track ends away from the plot, but "
-        "not closer to the truth; a functional of dimples, in which a plot hardly attracts tracks "
-        "beyond two sigmas, leaves the ends unchanged and increases the track errors. With priors "
-        "on accelerations and switching times, the median distance from the last plot is "
-        f"{_text(service, 'end_from_plot_sigma')} sigmas, and the mean distance of the best track "
-        f"from the true path is {_text(service, 'best_apart_m')} m instead of "
-        f"{_text(searched, 'best_apart_m')} m.",
-        "Least squares with the same functional and parameters reach a misfit of "
-        f"{_text(settled, 'misfit')}, the search {_text(searched, 'misfit')} after "
-        f"{_text(searched, 'evaluations')} evaluations per track; least squares need a few dozen "
-        "evaluations, with derivatives.",
+        "not closer to the true position; a functional with dimples, in which a plot hardly "
+        "attracts tracks that are more than two sigmas away, leaves the ends unchanged and "
+        "increases the track errors. With priors on accelerations and switching times, the median "
+        f"distance from the last plot is {_text(service, 'end_from_plot_sigma')} sigmas, and the "
+        f"mean distance of the best track from the true path is {_text(service, 'best_apart_m')} m "
+        f"instead of {_text(searched, 'best_apart_m')} m.",
+        "A least-squares fit with the same functional and parameters reaches a misfit of "
+        f"{_text(settled, 'misfit')} within a few dozen evaluations (with derivatives); the search "
+        f"reaches {_text(searched, 'misfit')} after {_text(searched, 'evaluations')} evaluations "
+        "per track.",
         "Interpretation of the report: X is north and Z is east. Two of the three points of an "
         "arc are on the track, the third is the plot; the arc starts with the position, heading "
         "and speed of the track at the first point. Groups are tracks with a mean distance below "
