@@ -419,6 +419,8 @@ class Processor:
             self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
+        # An entry without measurements releases none, alone or in a group.
+        clock_s = next((one.clock_s for one in reversed(group) if len(one.batch)), clock_s)
         return self._engine.push(batch, clock_s)
 
     def _change_sensors(self, entry: Journalled) -> EngineOutput:
