@@ -407,8 +407,7 @@ class Processor:
             self._data_time_s = group[0].clock_s
             return self._engine.restart()
         clock_s = group[-1].clock_s
-        if math.isfinite(clock_s):
-            self._data_time_s = clock_s
+        self._data_time_s = clock_s if math.isfinite(clock_s) else self._data_time_s
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
         if group[0].kind is EntryKind.SENSOR:
@@ -417,8 +416,7 @@ class Processor:
             return self._publication.hand_over(group[0].change)
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
-        batches = [entry.batch for entry in group]
-        batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
+        batch = MeasurementBatch.concatenate([entry.batch for entry in group])
         # An entry without measurements releases none, alone or in a group.
         clock_s = next((one.clock_s for one in reversed(group) if len(one.batch)), clock_s)
         return self._engine.push(batch, clock_s)
