@@ -35,8 +35,8 @@ HIDDEN = {
     "codes": "track_number,mode_s_address",
 }
 HEADER = (
-    "recording", "known", "plots on the correct track", "of all plots", "swaps", "aircraft", "tracks",
-    "initiation, scans", "false tracks", "longest, s", "range bias", "azimuth bias",
+    "recording", "known", "plots on the correct track", "of all plots", "swaps", "aircraft",
+    "tracks", "initiation, scans", "false tracks", "longest, s", "range bias", "azimuth bias",
 )  # fmt: skip
 #: Consecutive plots of another aircraft that make a swap; fewer are plots on the wrong track.
 SWAP_PLOTS = 3
