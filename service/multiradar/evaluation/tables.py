@@ -158,7 +158,7 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
     _require_rows(frame, "tracks", source)
     _require_numbers(frame, _TRACK_NUMBERS, source)
     if frame["track_id"].null_count() or not frame["track_id"].dtype.is_integer():
-        msg = f"{source}: expected a whole number in every row of track_id"
+        msg = f"{source}: track_id: expected a whole number in every row"
         raise InputError(msg)
     firm = frame.filter(pl.col("state") != "tentative")
     shown = frame if tentative else firm
@@ -256,7 +256,7 @@ def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) 
         )
     kind = frame["height_m"].dtype
     if not (kind.is_numeric() or kind == pl.Null()):
-        msg = f"{source}: expected numbers in the column height_m, was {kind}"
+        msg = f"{source}: height_m: expected numbers, was {kind}"
         raise InputError(msg)
 
 
@@ -269,7 +269,7 @@ def _require_rows(frame: pl.DataFrame, what: str, source: str) -> None:
 def _require_numeric(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:
     for name in columns:
         if not frame[name].dtype.is_numeric():
-            msg = f"{source}: expected numbers in the column {name}, was {frame[name].dtype}"
+            msg = f"{source}: {name}: expected numbers, was {frame[name].dtype}"
             raise InputError(msg)
 
 
@@ -282,12 +282,12 @@ def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str)
             wrong = np.union1d(wrong, np.flatnonzero(np.abs(values) > 90.0))
         if len(wrong):
             value = frame[name][int(wrong[0])]
-            msg = f"{source}: expected a number in {name} of row {wrong[0]}, was {value}"
+            msg = f"{source}: {name}: expected a number in row {wrong[0]}, was {value}"
             raise InputError(msg)
         if "_sigma_" in name and np.any(values < 0.0):
             row = int(np.argmax(values < 0.0))
             msg = (
-                f"{source}: expected a sigma of at least 0 in {name} of row {row}, "
+                f"{source}: {name}: expected a sigma of at least 0 in row {row}, "
                 f"was {values[row]:g}"
             )
             raise InputError(msg)

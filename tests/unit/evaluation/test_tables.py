@@ -125,32 +125,32 @@ def _reports(frame: pl.DataFrame) -> object:
         (
             _tracks,
             TRACKS.with_columns(position_sigma_m=pl.Series([10.0, np.nan, 1.0])),
-            "expected a number in position_sigma_m of row 1, was nan",
+            "position_sigma_m: expected a number in row 1, was nan",
         ),
         (
             _tracks,
             TRACKS.with_columns(velocity_sigma_mps=pl.Series([10.0, -1.0, 1.0])),
-            "expected a sigma of at least 0 in velocity_sigma_mps of row 1, was -1",
+            "velocity_sigma_mps: expected a sigma of at least 0 in row 1, was -1",
         ),
         (
             _tracks,
             TRACKS.with_columns(time_s=pl.lit("noon")),
-            "expected numbers in the column time_s, was String",
+            "time_s: expected numbers, was String",
         ),
         (
             _tracks,
             TRACKS.with_columns(height_m=pl.lit("high")),
-            "expected numbers in the column height_m, was String",
+            "height_m: expected numbers, was String",
         ),
         (
             _tracks,
             TRACKS.with_columns(track_id=pl.Series([1, None, 2])),
-            "expected a whole number in every row of track_id",
+            "track_id: expected a whole number in every row",
         ),
         (
             _tracks,
             TRACKS.with_columns(latitude_deg=pl.Series([47.0, 47.0, 99.0])),
-            "expected a number in latitude_deg of row 2, was 99",
+            "latitude_deg: expected a number in row 2, was 99",
         ),
         (_tracks, TRACKS.with_columns(longitude_deg=-170.0), "within 60 degrees"),
         (_truth, TRUTH.drop("heading_deg"), "missing column heading_deg; found: time_s"),
@@ -191,7 +191,7 @@ def test_biases_with_missing_columns_are_rejected() -> None:
     with pytest.raises(MissingColumnError, match="sigma"):
         bias_histories(BIASES.drop("sigma"), "b", None, "t")
     broken = BIASES.with_columns(estimate=pl.Series([None, 1.0]))
-    with pytest.raises(InputError, match="expected a number in every row of estimate"):
+    with pytest.raises(InputError, match="estimate: expected a number in every row"):
         bias_histories(broken, "b", None, "t")
 
 

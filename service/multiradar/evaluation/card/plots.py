@@ -103,7 +103,7 @@ def _worst(card: Scorecard) -> Iterator[Plot]:
             Series("largest error", worst[:1], worst[1:], "rings", key="false"),
         ),
         equal_axes=True,
-        caption=f"Within {_AROUND_S:g} s of the largest error.",
+        caption=f"Track and reference within {_AROUND_S:g} s of the largest error.",
         name="worst",
     )
 

@@ -350,8 +350,8 @@ def _forecasts(figures: Figures) -> Table:
         "median error, m", "RMS, m", "error² / sigma²",
     )  # fmt: skip
     caption = (
-        "Regions are scaled according to earlier errors, so that their containment is correct "
-        "even if error² / sigma² of the covariance alone differs from 1."
+        "Regions are scaled according to earlier errors, so their containment is correct even if "
+        "error² / sigma², computed with the unscaled covariance, differs from 1."
     )
     return Table("Forecasts", header, _cells(rows), caption)
 

@@ -105,5 +105,5 @@ def _require(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None
             good = bool(values.cast(pl.Float64).is_between(-NUMBER_MAX, NUMBER_MAX).all())
         if not good or values.null_count():
             what = "text" if text else "a number"
-            msg = f"{source}: expected {what} in every row of {name}, was {values.dtype}"
+            msg = f"{source}: {name}: expected {what} in every row, was {values.dtype}"
             raise InputError(msg)

@@ -161,12 +161,12 @@ def _columns(frame: pl.DataFrame, source: str) -> dict[str, Floats]:
         # Areas may be as large as the square of the largest length.
         most = NUMBER_MAX**2 if name.endswith("_m2") else NUMBER_MAX
         if not good or not values.cast(pl.Float64).is_between(-most, most).all():
-            msg = f"{source}: expected a number in every row of {name}, was {values.dtype}"
+            msg = f"{source}: {name}: expected a number in every row, was {values.dtype}"
             raise InputError(msg)
         columns[name] = values.cast(pl.Float64).to_numpy()
     axes = (columns["region_major_m"] > 0.0) & (columns["region_minor_m"] > 0.0)
     east, north = columns["covariance_east_m2"], columns["covariance_north_m2"]
     if not (axes & (east * north > columns["covariance_east_north_m2"] ** 2)).all():
-        msg = f"{source}: expected ellipses and covariances greater than zero in every row"
+        msg = f"{source}: expected positive axes and positive definite covariances in every row"
         raise InputError(msg)
     return columns

@@ -91,8 +91,8 @@ def test_invalid_forecasts_are_rejected() -> None:
     with pytest.raises(MissingColumnError):
         _errors(good.drop("by"), reference)
     for name, value in (("time_s", np.nan), ("latitude_deg", "north"), ("made_s", None)):
-        with pytest.raises(InputError, match=f"expected a number in every row of {name}"):
+        with pytest.raises(InputError, match=f"{name}: expected a number in every row"):
             _errors(good.with_columns(pl.lit(value).alias(name)), reference)
     for changes in ({"region_minor_m": 0.0}, {"covariance_east_m2": 0.0}):
-        with pytest.raises(InputError, match="greater than zero"):
+        with pytest.raises(InputError, match="positive definite"):
             _errors(good.with_columns(**{k: pl.lit(v) for k, v in changes.items()}), reference)

@@ -250,5 +250,5 @@ def test_the_search_equals_its_plain_form() -> None:
 
 def test_without_a_triple_there_is_no_bundle() -> None:
     plots = plots_of(flight(TURN), 10.0, np.random.default_rng(1))
-    with pytest.raises(RestorationError, match="no three of the 7 plots fit an arc"):
+    with pytest.raises(RestorationError, match="no three of the 7 plots can be joined by an arc"):
         PublishedBundle(plots, SETTINGS).start(len(plots))

@@ -157,7 +157,7 @@ def test_a_bias_parameter_must_be_known() -> None:
 def test_a_sensor_has_each_parameter_once() -> None:
     """Kernels hold four per sensor; more were once written out of bounds."""
     prior = BiasPrior(np.zeros(24), np.eye(24))
-    with pytest.raises(ConfigurationError, match="sensor 0: expected range_offset_m once, was 6"):
+    with pytest.raises(ConfigurationError, match="sensor 0: expected range_offset_m once, found 6"):
         flat_radars(SITES, 15.0, 1e-3, prior, parameters=(0, 1) * 6)
     with pytest.raises(ConfigurationError, match="sensor 1: expected azimuth_offset_deg once"):
         replace(radars(), parameters=np.array([0, 1, 1, 1]))

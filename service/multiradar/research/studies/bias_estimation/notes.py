@@ -18,11 +18,11 @@ _ERRORS = (
 )
 _THEORY = (
     "For the theoretical values, each filter is run along the true tracks of the first run, "
-    "linearised at the truth. Its gain is measured from its response to small innovations, and the "
-    "covariance of all aircraft and biases is propagated by (1.26) with the noise term K D W Dᵀ "
-    "Kᵀ. At the truth, the two forms of the measurement differ only by a change of coordinates, so "
-    "their theoretical values are equal; any larger error of the linearised form is caused by "
-    "converting the plots to positions first."
+    "linearised at the truth. The gain of the filter is determined from its response to small "
+    "innovations, and the covariance of all aircraft and biases is propagated by (1.26) with the "
+    "noise term K D W Dᵀ Kᵀ. At the truth, the two forms of the measurement differ only by a "
+    "change of coordinates, so their theoretical values are equal; any larger error of the "
+    "linearised form is caused by converting the plots to positions first."
 )
 _DRIFT = (
     "The report's table gives drift rates although (1.7) sets the drift to zero; both cases are "
@@ -51,8 +51,8 @@ _RANGE_LIMIT = (
     "this close."
 )
 _TRACKS = (
-    "The report does not publish its tracks. The study always uses those of the built-in scenario "
-    "report-1-6, which were randomly generated once; the seed affects everything else."
+    "The report does not publish its tracks. The study always uses the tracks of the built-in "
+    "scenario report-1-6, which were randomly generated once; the seed affects everything else."
 )
 
 

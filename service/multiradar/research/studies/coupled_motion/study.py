@@ -219,13 +219,13 @@ def _notes(runs: int, steps: int) -> list[str]:
         "directly, divided by the initial speed to obtain rates.",
         "The parameters of (5) are valid for every heading, the parameters of (2) only if a_x = "
         "a_y. A filter with (2) is then consistent on average, but cannot represent a lateral "
-        "acceleration larger than the longitudinal one. The relative-speed model has no process "
-        "noise along an axis on which the initial speed is zero: at headings near the axes, its "
-        "filter is overconfident and loses track of turning aircraft.",
-        "The filter with (7) takes the direction of its process noise from the estimated "
-        "velocity. At 6 °/s this direction is wrong by about 10°: part of the strong cross-track "
-        "noise is then applied in the wrong direction, and the covariance is too small. The "
-        "filter with (5), in which the course is a state, is nearly consistent. With white "
-        "acceleration the position also varies at random within an interval, unlike in the models "
-        "of the paper.",
+        "acceleration that is larger than the longitudinal acceleration. The relative-speed model "
+        "has no process noise along an axis on which the initial speed is zero: at headings near "
+        "the axes, its filter is overconfident and loses track of turning aircraft.",
+        "The filter with (7) takes the direction of its process noise from the estimated velocity. "
+        "At a turn rate of 6 °/s, this direction is wrong by about 10°: part of the strong "
+        "cross-track noise is then applied in the wrong direction, and the covariance is too "
+        "small. The filter with (5), in which the course is a state, is nearly consistent. With "
+        "white acceleration the position also varies at random within an interval, unlike in the "
+        "models of the paper.",
     ]
