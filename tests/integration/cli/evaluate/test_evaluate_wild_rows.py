@@ -103,5 +103,5 @@ def test_one_wild_row_costs_that_row_only(
     assert rms_m[0] == pytest.approx(rms_m[1], rel=0.01)
     assert run(command) == EXIT_DONE
     shown = capsys.readouterr().out
-    assert "Rejected rows of the reference (" in shown
+    assert "Rejected reference rows (" in shown
     assert " 1 rejected + " in shown
