@@ -29,7 +29,8 @@ import polars as pl
 from validation.mistakes.column_mistakes import COLUMN_MISTAKES
 from validation.mistakes.dump_mistakes import DUMP_MISTAKES
 from validation.mistakes.file_mistakes import FILE_MISTAKES
-from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
+from validation.mistakes.mistake import SENSORS, Mistake, Sample
+from validation.mistakes.mistakes_catalogue import CATALOGUE
 from validation.mistakes.usage_mistakes import USAGE_MISTAKES
 
 ALL = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES, *USAGE_MISTAKES)

@@ -1,6 +1,6 @@
 """Mistakes in columns of measurements for check_mistakes.py: constant values, times, heights.
 
-The rows have the form of mistakes_catalogue.py; `COLUMN_MISTAKES` goes after its `CATALOGUE`.
+The rows are made as those of mistakes_catalogue.py; `COLUMN_MISTAKES` goes after its `CATALOGUE`.
 """
 
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import polars as pl
 
-from validation.mistakes.mistakes_catalogue import (
+from validation.mistakes.mistake import (
     RADAR,
     SECONDS_PER_DAY,
     SENSORS,

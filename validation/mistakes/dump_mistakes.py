@@ -1,17 +1,11 @@
 """Mistakes in the files of a dump for check_mistakes.py: one file contradicts the others.
 
-The rows have the form of mistakes_catalogue.py; `DUMP_MISTAKES` goes after its `CATALOGUE`.
+The rows are made as those of mistakes_catalogue.py; `DUMP_MISTAKES` goes after its `CATALOGUE`.
 """
 
 from collections.abc import Callable
 
-from validation.mistakes.mistakes_catalogue import (
-    CONVERT,
-    FOOT_M,
-    Mistake,
-    column_times,
-    dump,
-)
+from validation.mistakes.mistake import CONVERT, FOOT_M, Mistake, column_times, dump
 
 Rows = list[list[str]]
 

@@ -1,6 +1,6 @@
 """Mistakes with files, folders and feeds for check_mistakes.py.
 
-The rows have the form of mistakes_catalogue.py; `FILE_MISTAKES` goes after its `CATALOGUE`.
+The rows are made as those of mistakes_catalogue.py; `FILE_MISTAKES` goes after its `CATALOGUE`.
 """
 
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import polars as pl
 
-from validation.mistakes.mistakes_catalogue import (
+from validation.mistakes.mistake import (
     FOOT_M,
     RADAR,
     SENSORS,

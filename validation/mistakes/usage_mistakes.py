@@ -1,6 +1,6 @@
 """Mistakes of usage for check_mistakes.py: names, options, files, folders, times.
 
-The rows have the form of mistakes_catalogue.py; `USAGE_MISTAKES` goes after its `CATALOGUE`.
+The rows are made as those of mistakes_catalogue.py; `USAGE_MISTAKES` goes after its `CATALOGUE`.
 """
 
 import gzip
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import polars as pl
 
-from validation.mistakes.mistakes_catalogue import SECONDS_PER_DAY, TRACK, Mistake, Sample, write
+from validation.mistakes.mistake import SECONDS_PER_DAY, TRACK, Mistake, Sample, write
 
 Made = Callable[[Sample, Path], None]
 

@@ -12,7 +12,8 @@ from support.paths import SAMPLE
 from validation.mistakes.column_mistakes import COLUMN_MISTAKES
 from validation.mistakes.dump_mistakes import DUMP_MISTAKES
 from validation.mistakes.file_mistakes import FILE_MISTAKES
-from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
+from validation.mistakes.mistake import SENSORS, Mistake, Sample
+from validation.mistakes.mistakes_catalogue import CATALOGUE
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
 ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
