@@ -1,8 +1,8 @@
-"""The mistakes that check_mistakes.py makes: one row each, in `CATALOGUE`.
+"""The form of a mistake that check_mistakes.py makes, and functions that make them.
 
 A row takes the converted sample (a table of measurements and the text of its sensors file), makes
 one mistake in a copy, and defines the command, the exit status and parts of the expected message.
-To add a mistake, add a row; `prepare` may write any files into its folder, where the command runs.
+To add a mistake, add a row to a catalogue; `prepare` may write any files into its folder, where the command runs.
 """
 
 import tomllib
