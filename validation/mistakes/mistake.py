@@ -2,7 +2,8 @@
 
 A row takes the converted sample (a table of measurements and the text of its sensors file), makes
 one mistake in a copy, and defines the command, the exit status and parts of the expected message.
-To add a mistake, add a row to a catalogue; `prepare` may write any files into its folder, where the command runs.
+To add a mistake, add a row to a catalogue; `prepare` may write any files into its folder, where
+the command runs.
 """
 
 import tomllib
