@@ -1,6 +1,7 @@
 """Four services around one point, radars that overlap, and aircraft that cross the boundaries."""
 
 from collections.abc import Callable, Iterable
+from concurrent.futures import Future
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from multiradar.ingest.zenoh.handovers import RegionExchange
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
@@ -158,8 +160,9 @@ class Unit:
         self.board = RegionBoard(Areas(CENTRES[name], neighbours), RegionRules())
         self.service.publication.divide(self.board)
         self.bus = MemoryBus()
+        self._handed_over: list[Future[Receipt]] = []
         self.exchange = RegionExchange(
-            self.service, self.service.publication.known, self.board, ZenohOptions(),
+            self, self.service.publication.known, self.board, ZenohOptions(),
             period_s=1.0, open_bus=lambda _: self.bus, clock=clock,
         )  # fmt: skip
         self.events = self.service.view.subscribe(0, 1_000_000)
@@ -172,8 +175,15 @@ class Unit:
         if len(own):
             self.service.submit(own, source="test").result(WAIT_TIMEOUT_S)
 
+    def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
+        """Submit the message of a neighbour."""
+        self._handed_over.append(self.service.hand_over(message, source=source))
+        return self._handed_over[-1]
+
     def settle(self) -> None:
-        """Wait until everything is processed."""
+        """Wait until everything is processed, messages that are not journalled yet, too."""
+        while self._handed_over:
+            self._handed_over.pop().result(WAIT_TIMEOUT_S)
         self.service.settled().result(WAIT_TIMEOUT_S)
 
     def tracks(self) -> pl.DataFrame:
