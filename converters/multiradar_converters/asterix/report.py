@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from multiradar_converters.asterix.decoding.bounds import DAY_S
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint, misplacement
@@ -22,6 +23,7 @@ from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.reported_biases import ReportedBias
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
+from multiradar_converters.vid.fields import UNIX_TIME_MIN_S
 from multiradar_schemas.reject import RejectCode
 
 #: System tracks in the recording, if any.
@@ -29,9 +31,8 @@ SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 #: Biases reported by another processor, if any.
 REPORTED_BIASES_FILE = "reported_biases.parquet"
 
-_DAY_S = 86_400.0
-#: Times of packets from this on have a date, Unix time, s; latency of a live capture, s.
-_DATED_MIN_S, _LATENCY_MAX_S = 1e8, 600.0
+#: Latency of a live capture, s.
+_LATENCY_MAX_S = 600.0
 
 
 @dataclass
@@ -222,10 +223,10 @@ def _contradictions(findings: Findings, options: Options) -> dict[str, object]:
 # of the options; a recording that was replayed later was captured at another time of day.
 def _captured_date(findings: Findings, options: Options) -> dt.date | None:
     first_s, captured_s = findings.first_s, findings.captured_s
-    if options.date is None or first_s is None or not captured_s >= _DATED_MIN_S:
+    if options.date is None or first_s is None or not captured_s >= UNIX_TIME_MIN_S:
         return None
-    days = round((captured_s - first_s) / _DAY_S)
-    if not days or abs(captured_s - first_s - days * _DAY_S) > _LATENCY_MAX_S:
+    days = round((captured_s - first_s) / DAY_S)
+    if not days or abs(captured_s - first_s - days * DAY_S) > _LATENCY_MAX_S:
         return None
     return options.date + dt.timedelta(days=days)
 

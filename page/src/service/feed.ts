@@ -50,7 +50,7 @@ export class Feed {
   /** When it was read, as `performance.now`. */
   statusMs = 0;
   /** When the service last received a measurement, as `performance.now`; null where it is not known. */
-  heardMs: number | null = null;
+  receivedMs: number | null = null;
   /** The time of `sensors`, s; null: the present. */
   sensorsAtS: number | null = null;
   private sensorsJumps = -1;
@@ -87,8 +87,8 @@ export class Feed {
   private readonly wakes = new Map<number, () => void>();
   private answeredMs = performance.now();
   /** Settled once the first picture was read, or could not be: then it is known whether there is a present. */
-  private readonly begun: Promise<void>;
-  private begin!: () => void;
+  private readonly firstRead: Promise<void>;
+  private noteFirst!: () => void;
 
   constructor(
     private readonly store: Store,
@@ -96,7 +96,7 @@ export class Feed {
     private readonly tickMs: number,
     private readonly changed: () => void,
   ) {
-    this.begun = new Promise((begin) => (this.begin = begin));
+    this.firstRead = new Promise((resolve) => (this.noteFirst = resolve));
   }
 
   /** What the service could not answer; empty: nothing. */
@@ -161,7 +161,7 @@ export class Feed {
         if (number === 0) this.reach(!(error instanceof UnreachableError));
         this.problems[number] = error instanceof Error ? error.message : String(error);
       }
-      this.begin();
+      this.noteFirst();
       this.changed();
       // The clock may be moved while an answer comes.
       if (this.clock.jumps !== jumps) continue;
@@ -263,14 +263,14 @@ export class Feed {
   }
 
   private async documents(): Promise<void> {
-    await this.begun;
+    await this.firstRead;
     const at = this.clock.at(performance.now());
     const stands = at !== null && at === this.sensorsAtS && this.sensorsJumps === this.clock.jumps;
     this.sensorsJumps = this.clock.jumps;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
     this.statusMs = performance.now();
     const receivedS = this.status["received_age_s"];
-    if (typeof receivedS === "number") this.heardMs = this.statusMs - 1000 * receivedS;
+    if (typeof receivedS === "number") this.receivedMs = this.statusMs - 1000 * receivedS;
     // While a service starts, it has no alarms and biases, or those of earlier times: the last ones stay, as the picture does.
     const starts = this.status["state"] === "stopped" || this.status["state"] === "recovering";
     const stays = stands || (starts && this.store.dataTimeS !== null);

@@ -15,9 +15,9 @@ export function presentOf(feed: Feed, nowMs: number): Present {
   const { status } = feed;
   const number = (name: string): number | null => (typeof status[name] === "number" ? status[name] : null);
   const sinceS = (nowMs - feed.statusMs) / 1000;
-  const last = number("received_age_s") ?? number("silence_s");
+  const silence = number("silence_s");
   // After a restart the service does not know when it received data before; the page may.
-  const forS = feed.heardMs !== null ? (nowMs - feed.heardMs) / 1000 : last === null ? null : last + sinceS;
+  const forS = feed.receivedMs !== null ? (nowMs - feed.receivedMs) / 1000 : silence === null ? null : silence + sinceS;
   if (feed.isLost(nowMs) || feed.isUnreachable) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
   const { state } = status;
   if (state === undefined) return { word: "Connecting", forS: 0 };

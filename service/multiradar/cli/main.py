@@ -39,7 +39,8 @@ from multiradar.errors import (
     UnknownFilterError,
 )
 from multiradar.research.studies.catalogue import STUDIES
-from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE, error_sentence
+from multiradar.settings.variables import TRACEBACK_VARIABLE
+from multiradar.toolbox.messages.sentences import error_sentence
 from multiradar_schemas.documents.names import unknown
 
 EXIT_DONE = 0

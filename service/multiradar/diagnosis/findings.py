@@ -93,7 +93,6 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     # Wrong identities would be compared with those of other sensors.
     found += [one for one in check_codes(evidence) if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
-    split = check_split_radars(comparison, evidence.sensors.ids)
     found += _check_against_others(evidence, comparison, named)
     # A sensor without measurements disturbs no other.
     causes = any(one.severity == "error" and one.code != SILENT_CODE for one in found)
@@ -102,7 +101,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         if name not in named:
             found += _check_losses(evidence, comparison, name, causes=causes)
     found = found or check_large_offsets(evidence)
-    found += split
+    found += check_split_radars(comparison, evidence.sensors.ids)
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
     return [*found, *check_ends(evidence.sources)] if not _have_other_times(found) else found

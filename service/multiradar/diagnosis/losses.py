@@ -14,13 +14,16 @@ from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar_schemas.measurements.units import NAUTICAL_MILE_M
+from multiradar_schemas.reject import RejectCode
 
 _MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
 READ_MIN = 20
 #: Reject codes of values that are never correct; above this fraction they cause a warning.
-VALUE_CODES = ("NON_FINITE", "MISSING_FIELD", "NOT_A_NUMBER", "WRONG_TYPE")
+VALUE_CODES = (
+    RejectCode.NON_FINITE, RejectCode.MISSING_FIELD, RejectCode.NOT_A_NUMBER, RejectCode.WRONG_TYPE,
+)  # fmt: skip
 VALUES_MAX = 0.01
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)

@@ -39,6 +39,7 @@ from multiradar.settings.types import (
     Section,
     plain_number,
 )
+from multiradar.settings.variables import KEY_VARIABLE, TRACEBACK_VARIABLE
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 from multiradar_schemas.documents.contents import SETTINGS, toml_content
 from multiradar_schemas.documents.files import Document, read_toml
@@ -48,8 +49,6 @@ from multiradar_schemas.errors import DocumentError
 
 ENVIRONMENT_PREFIX = "MULTIRADAR_"
 ENVIRONMENT_DELIMITER = "__"
-#: Variables with the prefix that are no settings.
-OTHER_VARIABLES = ("MULTIRADAR_KEY", "MULTIRADAR_TRACEBACK")
 # Variables of Kubernetes for a service named "multiradar" or "multiradar-…".
 _LINKS = re.compile(r"(\w+_)?(service_(host|port(_\w+)?)|port_\d+_(tcp|udp|sctp)(_\w+)?)")
 
@@ -403,7 +402,7 @@ def _check_environment(environment: Mapping[str, str]) -> None:
 
 def _check_variable(name: str, key: str, value: str) -> None:
     linked = _LINKS.fullmatch(key) or (key.endswith("port") and "://" in value)
-    if key in Settings.model_fields or name in OTHER_VARIABLES or linked:
+    if key in Settings.model_fields or name in (KEY_VARIABLE, TRACEBACK_VARIABLE) or linked:
         return
     sections = _sections()
     known = [one for one in Settings.model_fields if one not in sections]

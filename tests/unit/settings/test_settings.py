@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from multiradar.errors import ConfigurationError
-from multiradar.ingest.replay.http import KEY_VARIABLE
 from multiradar.settings.service import Settings, load_settings
-from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE
+from multiradar.settings.variables import KEY_VARIABLE, TRACEBACK_VARIABLE
 from multiradar.tracking.settings import TrackingSettings
 
 

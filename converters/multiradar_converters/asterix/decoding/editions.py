@@ -182,8 +182,8 @@ def sources_of(blocks: Blocks) -> Integers:
 def _pairs(blocks: Blocks, sources: Integers) -> tuple[list[tuple[int, Source]], Integers]:
     """Return the categories and sources, and their index for each block."""
     keys = blocks.data[blocks.begins].astype(np.int64) << 32 | (sources + 1)
-    distinct, place = distinct_places(keys)
-    return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in distinct.tolist()], place
+    pairs, place = distinct_places(keys)
+    return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in pairs.tolist()], place
 
 
 def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> Misfit:

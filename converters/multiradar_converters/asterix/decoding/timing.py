@@ -148,8 +148,8 @@ def reported_references(antennas: Mapping[int, AntennaStatus]) -> dict[int, Refe
 
 def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:
     """Return the value of the source of each row; NaN if absent."""
-    distinct, place = distinct_places(source)
-    return np.array([values.get(one, np.nan) for one in distinct.tolist()], np.float64)[place]
+    sources, place = distinct_places(source)
+    return np.array([values.get(one, np.nan) for one in sources.tolist()], np.float64)[place]
 
 
 def into_days(time_s: Numbers, source: Integers) -> Flags:

@@ -36,6 +36,7 @@ function draw(app: App): TemplateResult {
   const { feed, view } = app;
   const sorted = sortedOf(app);
   if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
+  const olderS = silentS(feed, app.clock);
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
   return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health at the time shown${app.clock.recorded ? "; probable causes from the whole run" : ""}.</p>`}
@@ -45,7 +46,7 @@ function draw(app: App): TemplateResult {
       <th scope="col" title="Measured noise relative to the configured noise: range, azimuth">Noise</th>
       <th scope="col" title="Estimated range bias">Range<br>bias</th>
       <th scope="col" title="Estimated azimuth bias">Azimuth<br>bias</th></tr></thead>
-    <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>
+    <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, olderS, app))}</tbody></table>
     ${open === undefined ? nothing : sensorSheet(open.sensor, open.severity, open === first && open.severity.rank > 0 ? 1 : 0, app)}`;
 }
 
@@ -58,10 +59,10 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
     wrong > 1 ? html` <span class="count">${wrong - 1} more to check.</span>` : ""}</p>`;
 }
 
-function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {
+function row(sensor: Sensor, severity: Severity, open: boolean, olderS: number | null, app: App): TemplateResult {
   const ratio = (name: string): string => format(numberOf(sensor.health?.[name]), 1);
   // Those of a radar are of its plots.
-  const isMeasured = sensor.health !== null && !isWithoutPlots(sensor, app.store, silentS(app.feed, app.clock));
+  const isMeasured = sensor.health !== null && !isWithoutPlots(sensor, app.store, olderS);
   const detection = isMeasured ? numberOf(sensor.health?.["detection_probability"]) : NaN;
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);

@@ -129,18 +129,17 @@ def check_codes(evidence: Evidence) -> list[Diagnosis]:
         return []
     if right.is_empty():
         tracks = int(wrong["tracks"].max())  # type: ignore[arg-type]  # of a column of integers
-        return [_codes_differ(names[:1], f"those of {listed(names[1:])}", tracks, "")]
+        return [_codes_differ(names[0], f"those of {listed(names[1:])}", tracks, "")]
     found = []
     for name, number, tracks in zip(names, wrong["sensor"], wrong["tracks"], strict=True):
         own = pairs.filter(
             pl.col("sensor") == number, pl.col("sensor_other").is_in(right["sensor"].to_list())
         )
-        found.append(_codes_differ([name], "those of the other sensors", tracks, _code_form(own)))
+        found.append(_codes_differ(name, "those of the other sensors", tracks, _code_form(own)))
     return found
 
 
-def _codes_differ(names: list[str], of: str, tracks: int, why: str) -> Diagnosis:
-    (name,) = names
+def _codes_differ(name: str, of: str, tracks: int, why: str) -> Diagnosis:
     cause = why or "the codes of one of them belong to other rows or are in another form"
     return Diagnosis(
         name,
@@ -261,7 +260,7 @@ def check_other_rows(
     if not are_named(pairs) or compared < TESTED_MIN:
         return None
     plots, tested = comparison.plots(number), comparison.tested(number)
-    rows = np.searchsorted(plots.time_s, tested.time_s)
+    site, rows = comparison.site(number), np.searchsorted(plots.time_s, tested.time_s)
     polar = as_given(plots.range_m, plots.azimuth_deg)
     best, what, rows_away = share + SHIFTED_MORE_MIN, "", 0
     for by in (1, -1, 2, -2, 3, -3):
@@ -272,7 +271,6 @@ def check_other_rows(
             ("azimuth_deg", (polar[0][rows], polar[1][other])),
             (_IDENTITIES, (polar[0][other], polar[1][other])),
         ):
-            site = comparison.site(number)
             found = polar_agreement(moved, site, pairs, compared=compared).share
             if found > max(best, AGREES_MIN):
                 best, what, rows_away = found, column, by

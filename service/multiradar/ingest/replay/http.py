@@ -16,13 +16,12 @@ from multiradar.errors import (
     UnavailableError,
 )
 from multiradar.ingest.replay.replaying import Answer
+from multiradar.settings.variables import KEY_VARIABLE
 from multiradar_schemas.measurements.directions import without_empty_columns
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.
 ANSWER_TIMEOUT_S = 60.0
-#: Environment variable with the API key; an option would show it to all users of the machine.
-KEY_VARIABLE = "MULTIRADAR_KEY"
 
 #: The service, or a proxy, asks to retry later.
 _RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})

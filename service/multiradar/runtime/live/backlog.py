@@ -1,6 +1,7 @@
 """The bounded queue of journal entries between the journal and the engine."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -59,6 +60,14 @@ def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:
         rows += len(waiting[0].batch)
         popped.append(waiting.popleft())
     return popped
+
+
+def releasing_clock_s(group: Sequence[Journalled]) -> float:
+    """Return the data clock up to which a group releases measurements, s.
+
+    An entry without measurements releases none, alone or in a group.
+    """
+    return next((one.clock_s for one in reversed(group) if len(one.batch)), group[-1].clock_s)
 
 
 class Backlog:

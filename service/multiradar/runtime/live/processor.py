@@ -22,7 +22,7 @@ from multiradar.runtime.admission.origins import Origins
 from multiradar.runtime.admission.sensors_in_force import CHANGES_MAX, SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
-from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
+from multiradar.runtime.live.backlog import Backlog, Journalled, grouped, releasing_clock_s
 from multiradar.runtime.live.preparation import journalled, pieces
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.snapshots import Snapshots
@@ -407,7 +407,8 @@ class Processor:
             self._data_time_s = group[0].clock_s
             return self._engine.restart()
         clock_s = group[-1].clock_s
-        self._data_time_s = clock_s if math.isfinite(clock_s) else self._data_time_s
+        if math.isfinite(clock_s):
+            self._data_time_s = clock_s
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
         if group[0].kind is EntryKind.SENSOR:
@@ -417,9 +418,7 @@ class Processor:
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
         batch = MeasurementBatch.concatenate([entry.batch for entry in group])
-        # An entry without measurements releases none, alone or in a group.
-        clock_s = next((one.clock_s for one in reversed(group) if len(one.batch)), clock_s)
-        return self._engine.push(batch, clock_s)
+        return self._engine.push(batch, releasing_clock_s(group))
 
     def _change_sensors(self, entry: Journalled) -> EngineOutput:
         before = self.sensors

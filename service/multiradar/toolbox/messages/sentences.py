@@ -3,10 +3,8 @@
 from tempfile import gettempdir
 
 from multiradar.errors import ConfigurationError, MultiradarError
+from multiradar.settings.variables import TRACEBACK_VARIABLE
 from multiradar.storage.full_disk import is_full
-
-#: Set to 1 to see the traceback of an internal error.
-TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
 
 
 def error_sentence(error: Exception) -> str:

@@ -8,7 +8,7 @@ import typer
 
 from multiradar.cli.main import app, run
 from multiradar.errors import InputError, UnknownFilterError
-from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE
+from multiradar.settings.variables import TRACEBACK_VARIABLE
 from support.processes.waiting import run_to_end
 
 COMMANDS = (

@@ -9,8 +9,9 @@ import pytest
 
 from multiradar.errors import ConfigurationError, PeerError, StreamGoesOnError, UnavailableError
 from multiradar.ingest.replay.alternatives import Alternatives
-from multiradar.ingest.replay.http import KEY_VARIABLE, Encoding, HttpDestination, encode
+from multiradar.ingest.replay.http import Encoding, HttpDestination, encode
 from multiradar.ingest.replay.replaying import Answer
+from multiradar.settings.variables import KEY_VARIABLE
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 
