@@ -150,13 +150,19 @@ def _shorten_journal(
 ) -> str:  # fmt: skip
     begin = Position(extent.base.sequence, extent.base.digest)
     used = extent.used_octets
-    for _, end, admission in sealed_after(archive, begin):
+    for segment, end, admission in sealed_after(archive, begin):
         on_progress(end.sequence, extent.last)
         is_old = bool(rules.age_s) and age_of(admission) >= rules.age_s
         if not (is_old or (rules.octets and used > rules.octets)):
-            return "no further entries exceed the configured age or size"
+            return (
+                f"{segment.path.name} remains in the journal: its last entry, {end.sequence}, is "
+                "within the configured age and size, and only whole segments are removed"
+            )
         if end.sequence > needed:
-            return f"entries after {needed} are needed to start from the snapshots"
+            return (
+                f"entries after {needed} are needed to start from the snapshots, and the next "
+                f"segment, {segment.path.name}, ends with entry {end.sequence}"
+            )
         remove_until(journal, end)
         used = extent_of(journal).used_octets
     return "the archive has no further entries"

@@ -111,7 +111,10 @@ def test_entries_before_both_snapshots_are_removed_and_the_rest_is_as_it_was(
     found = _shorten(path, archive)
     # Segments end with entries 4, 8 … 40, 44; a start needs those after 42.
     assert (found.removed, found.first, found.segments) == (40, 41, ())
-    assert found.reason == "entries after 42 are needed to start from the snapshots"
+    assert found.reason == (
+        "entries after 42 are needed to start from the snapshots, and the next segment, "
+        f"{segments_of(archive)[10].path.name}, ends with entry 44"
+    )
     assert _entries(path) == before[40:]
     again = verify_journal(path)
     assert (again.damage, again.snapshots, again.first) == ((), 2, 41)
@@ -202,6 +205,18 @@ def test_a_reader_that_is_overtaken_gets_an_error(path: Path, archive: Path) -> 
 def test_rules_by_age_and_octets(path: Path, archive: Path, rules: Rules, first: int) -> None:
     assert _shorten(path, archive, rules).first == first
     assert verify_journal(path).damage == ()
+
+
+def test_a_segment_that_is_old_only_in_part_is_named(path: Path, tmp_path: Path) -> None:
+    """The reason was that nothing exceeds the age, although most entries of the segment do."""
+    archive_journal(path, tmp_path / "one")
+    (segment,) = segments_of(tmp_path / "one")
+    found = _shorten(path, tmp_path / "one", Rules(age_s=10.0 * DAY_S))
+    assert (found.removed, found.reason) == (
+        0,
+        f"{segment.path.name} remains in the journal: its last entry, 60, is within the "
+        "configured age and size, and only whole segments are removed",
+    )
 
 
 def test_octets_are_removed_until_the_journal_is_small_enough(path: Path, archive: Path) -> None:

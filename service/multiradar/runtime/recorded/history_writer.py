@@ -171,10 +171,7 @@ class HistoryWriter:
                 self._positions = present_positions(self._known, self._journal)
                 self._commit(folder, {})
             elif self._digest(state.sequence) != state.digest:
-                raise ConfigurationError(
-                    f"{folder.path}: belongs to another journal: entry {state.sequence} differs; "
-                    "choose another folder for the history"
-                )
+                raise ConfigurationError(f"{folder.path}: {self._foreign(state.sequence)}")
             else:
                 self._positions = dict(state.positions)
         except BaseException:
@@ -244,6 +241,20 @@ class HistoryWriter:
         if removed:
             _log.info("removed from the history: %s", ", ".join(removed))
 
+    # Why a history that was written up to an entry cannot be continued.
+    def _foreign(self, sequence: int) -> str:
+        last = self._journal.counts().entries
+        if sequence > last:
+            return (
+                f"the history covers entries up to {sequence}, but the journal ends with entry "
+                f"{last} (restored from a backup?); choose a new folder for the history, and keep "
+                "this one to read what was lost"
+            )
+        return (
+            f"the history belongs to another journal: entry {sequence} differs; choose another "
+            "folder for the history"
+        )
+
     # Of an entry; empty if the journal has no such entry.
     def _digest(self, sequence: int) -> str:
         if not sequence:
@@ -266,5 +277,8 @@ def _reason(error: Exception) -> str:
     if is_full(error):
         return "the history disk is full; free some space, or lower history.octets"
     if isinstance(error, ConfigurationError):
-        return "the history belongs to another journal; choose another folder"
+        return (
+            "the history belongs to another journal, or to a later state of this journal, which "
+            "was restored from a backup; choose a new folder"
+        )
     return "the history folder cannot be written; see the log"

@@ -102,6 +102,9 @@ class Standby:
         JournalError, ConfigurationError, PipelineError
             As `Service.start`.
         """
+        # The whole journal is to be processed, until `step` knows what the replay has.
+        self._acknowledged = self._journal.acknowledged() or 0
+        self._behind_since_s = self._clock.monotonic_s()
         self._service.role = self.document
         self._service.start(following=True)
         self._thread = self._threads.start(self._run, "standby")
@@ -118,8 +121,8 @@ class Standby:
         Returns
         -------
         dict
-            `role`; `lag_entries`: acknowledged entries that are not processed yet; `lag_s`: since
-            when there are any, s.
+            `role`; `lag_entries`: acknowledged entries that are not processed yet, all of them
+            during the replay; `lag_s`: time for which there have been any, s.
         """
         since_s = self._behind_since_s
         return {

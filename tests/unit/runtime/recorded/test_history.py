@@ -306,18 +306,30 @@ def test_what_was_overwritten_before_it_was_written_is_counted_with_an_alarm(
     assert len(site.rows()["measurements.parquet"]) == 2400
 
 
-def test_a_history_of_another_journal_is_left_alone_with_an_alarm(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("batches", "named"),
+    [(1, "another journal: entry 1 differs"), (2, "up to 2, but the journal ends with entry 1 (")],
+)
+def test_a_history_of_another_journal_is_left_alone_with_an_alarm(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, batches: int, named: str
+) -> None:
     site = Site(tmp_path)
     with site.service() as service:
-        site.feed(service, 0, 400)
+        for number in range(batches):
+            submit(service, FRAME[400 * number : 400 * (number + 1)])
+        settled(service)
     before = {one: one.read_bytes() for one in site.history.rglob("*") if one.is_file()}
     other = Site(tmp_path / "other")
-    other.rules = site.rules
     with other.service() as service:
         submit(service, FRAME[:300])
+        settled(service)
+    other.rules = site.rules
+    with other.service() as service:
+        submit(service, FRAME[300:400])
         status = settled(service)
         assert HISTORY_STOPPED in status["alarms"]  # type: ignore[operator]
         assert any("another journal" in one for one in status["warnings"])  # type: ignore[attr-defined]
+    assert named in caplog.text
     assert {one: one.read_bytes() for one in site.history.rglob("*") if one.is_file()} == before
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -213,6 +214,31 @@ def test_entries_that_arrive_during_the_replay_are_processed(tmp_path: Path) -> 
     digests = {one.view.status()["output_sha256"] for one in (pair.primary, pair.second)}
     pair.stop()
     assert len(digests) == 1
+
+
+def test_a_standby_that_is_replaying_is_behind_by_the_whole_journal(tmp_path: Path) -> None:
+    """It stated a lag of 0 entries, so that an upgrade took it for ready to take over."""
+    found: list[dict[str, Any]] = []
+    pair = Pair(tmp_path / "journal.db")
+
+    class Looking(FakeEngine):
+        def push(self, batch: object, clock_s: float | None = None) -> object:  # type: ignore[override]
+            found.append(pair.second.view.status())
+            return super().push(batch, clock_s)  # type: ignore[arg-type]
+
+    submit(pair.primary, FRAME[:100])
+    submit(pair.primary, FRAME[100:200])
+    settled(pair.primary)
+    pair.second.stop()
+    pair.second, pair.journal = pair._service(Looking)  # type: ignore[arg-type]
+    pair.standby = Standby(pair.second, pair.journal, SystemClock(), pair._begin)
+    pair.standby.start()
+    pair.level()
+    after = pair.second.view.status()
+    pair.stop()
+    assert found
+    assert {one["lag_entries"] for one in found} == {2}
+    assert (after["lag_entries"], after["lag_s"]) == (0, 0.0)
 
 
 def test_a_reader_that_is_ahead_of_the_standby_waits_for_its_next_event(pair: Pair) -> None:
