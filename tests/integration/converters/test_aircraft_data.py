@@ -178,7 +178,9 @@ def test_old_adsb_reports_have_other_items(tmp_path: Path) -> None:
 
     left = f"{1 << 6 | 1:02x}{((-4) % 128) << 1:02x}"
     wrong = f"{2 << 6 | 1:02x}{((-4) % 128) << 1:02x}"
-    content = b"".join(block(21, report(k, turn)) for k, turn in ((1.0, left), (3.0, wrong)))
+    right = f"{2 << 6 | 1:02x}{4 << 1:02x}"
+    turns = ((1.0, left), (3.0, wrong), (5.0, right))
+    content = b"".join(block(21, report(k, turn)) for k, turn in turns)
     (tmp_path / "recording").write_bytes(content)
     out = tmp_path / "out"
     command = [
@@ -187,10 +189,10 @@ def test_old_adsb_reports_have_other_items(tmp_path: Path) -> None:
     ]  # fmt: skip
     assert run(command) == EXIT_DONE
     table = pl.read_parquet(out / "measurements.parquet")
-    assert table["track_angle_rate_deg_s"].to_list() == [-1.0, None]
-    assert table["true_airspeed_m_s"].to_list() == pytest.approx([460 * KNOT] * 2)
-    assert table["ground_speed_m_s"].to_list() == pytest.approx([470 * KNOT] * 2, abs=0.06)
-    assert table["vertical_rate_m_s"].to_list() == pytest.approx([-600 * FOOT / 60] * 2)
+    assert table["track_angle_rate_deg_s"].to_list() == [-1.0, None, 1.0]
+    assert table["true_airspeed_m_s"].to_list() == pytest.approx([460 * KNOT] * 3)
+    assert table["ground_speed_m_s"].to_list() == pytest.approx([470 * KNOT] * 3, abs=0.06)
+    assert table["vertical_rate_m_s"].to_list() == pytest.approx([-600 * FOOT / 60] * 3)
 
 
 def test_data_of_system_tracks_are_columns(tmp_path: Path) -> None:

@@ -178,3 +178,13 @@ def test_no_confirmed_track_is_reported_with_the_times() -> None:
     found = said(evidence)
     assert (found.sensor_id, found.code) == ("", "no_tracks")
     assert "2018-08-01 08:00:00 UTC to 2018-08-01 08:0" in found.sentence
+
+
+@pytest.mark.parametrize(("rows", "codes"), [(19, []), (20, ["no_tracks"])])
+def test_no_track_from_a_few_measurements_is_no_mistake(rows: int, codes: list[str]) -> None:
+    whole = recording()
+    first = whole.frame.filter(pl.col("sensor_id") == whole.sensors[0].id).head(rows)
+    one = Recording(first, whole.sensors[:1])
+    evidence = Evidence(one.table())
+    evidence.record_rows(one.frame)
+    assert [found.code for found in diagnose(evidence)] == codes

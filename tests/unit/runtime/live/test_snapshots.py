@@ -169,6 +169,18 @@ def test_a_start_after_a_clean_stop_processes_nothing_again(site: Site) -> None:
         ]
 
 
+def test_rows_that_have_been_overwritten_are_removed(site: Site) -> None:
+    site.limits = replace(LIMITS, events_max=100, history_rows_max=100)
+    for begin in range(0, 320, 40):
+        with site.service() as service:
+            submit(service, FRAME[begin : begin + 40])
+            settled(service)
+    ends = [int(one.name.split("-")[2]) for one in site.files[0].parent.glob("history-*.rows")]
+    # The older of the two snapshots has the 100 rows before its own end.
+    assert len(ends) >= KEPT
+    assert min(ends) > sorted(ends)[-KEPT] - 100
+
+
 @pytest.mark.slow
 def test_the_rest_of_the_journal_follows_a_snapshot(site: Site) -> None:
     site.fill()

@@ -1,6 +1,7 @@
 """Areas of regions, tracks that match, and messages of neighbours that are not used."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,11 @@ from multiradar.runtime.memory.regions.messages import packed, read_handover, un
 from multiradar.runtime.memory.regions.responsibility import Claim, Position, decide
 from multiradar.runtime.memory.regions.rows import OTHER_DTYPE, OWN_DTYPE, match
 from multiradar.settings.limits import RuntimeLimits
+from multiradar.tracking.outputs import EndedTracks
 from multiradar.tracking.settings import TrackingSettings
+from support.fakes.fake_engine import FakeEngine
 from support.fakes.fake_service import FakeService
+from support.inputs.timed_batches import timed_batch
 from support.scenarios.live_scene import sensors
 from support.scenarios.region_scene import ManualClock
 
@@ -157,6 +161,20 @@ def test_a_journalled_message_is_bounded_and_what_is_unusable_there_is_counted()
     board.hand_over(packed(handover()))
     (neighbour,) = board.figures()["neighbours"]
     assert (neighbour["tracks"], neighbour["messages"]) == (1, 1)
+
+
+def test_the_end_of_a_track_without_updates_removes_it() -> None:
+    board, engine = RegionBoard(AREAS, RegionRules()), FakeEngine()
+    output = engine.push(timed_batch([10.0]))
+    assert len(board.absorb(output)) == 1
+    figures = board.figures()
+    assert figures["responsible"] + figures["duplicates"] == 1
+    track = output.updates.track_id
+    ended = EndedTracks(track, np.array([10.0]), np.zeros(1, np.int8), np.full(1, -1))
+    silent = engine.flush()
+    assert len(board.absorb(replace(silent, ended=ended))) == 0
+    figures = board.figures()
+    assert figures["responsible"] + figures["duplicates"] == 0
 
 
 class _Sink(FakeService):
