@@ -26,8 +26,9 @@ export class Source<T> {
   /**
    * The document, or null while it is read for the first time.
    * @param about What it is about: with another one the value is discarded.
+   * @param isThere Whether the picture shows that it exists: a service that reads its journal after a start will have it.
    */
-  read(app: App, about: string, address: string): T | null {
+  read(app: App, about: string, address: string, isThere = false): T | null {
     const key = `${app.feed.run} ${about}`;
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
@@ -44,6 +45,7 @@ export class Source<T> {
     if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs, this.of] = [app.clock.jumps, -Infinity, ""];
     const whole = at === null ? address : `${address}${address.includes("?") ? "&" : "?"}at=${at.toFixed(3)}`;
     if (past && !app.feed.isCurrent) return this.value;
+    if (isThere && at === null) this.missing = "";
     if ((at !== null && whole === this.of) || whole === this.missing) return this.value;
     if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
     return this.value;

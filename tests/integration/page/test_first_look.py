@@ -75,6 +75,22 @@ def test_a_track_that_never_existed_is_asked_for_once(page: Page, air: Air) -> N
     assert sum("/tracks/999999/" in one for one in asked) == 1
 
 
+def test_a_track_that_the_service_has_again_after_a_start_has_its_details(
+    page: Page, air: Air
+) -> None:
+    """While it reads its journal, the picture has tracks that it does not know yet."""
+    opened(page, air)
+    unknown = {"detail": "no track has the number"}
+    page.route("**/v1/tracks/*/*", lambda route: route.fulfill(status=404, json=unknown))
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    page.get_by_role("tab", name="Track", exact=True).click()
+    contributing = page.get_by_role("region", name="Contributing sensors")
+    expect(contributing).to_contain_text("no track has the number")
+    page.unroute_all(behavior="wait")
+    expect(contributing).to_contain_text("in the last minute")
+    expect(page.get_by_role("region", name="Track history")).to_be_visible()
+
+
 def test_land_does_not_run_around_the_world(page: Page, air: Air) -> None:
     opened(page, air)
     land = f"{PICTURE}.land.getSource().getFeatures()"

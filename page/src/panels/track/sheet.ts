@@ -37,13 +37,13 @@ function draw(app: App): TemplateResult {
   const { selected } = view;
   if (selected === null) return html`<p class="hint">Select a track on the map or in the table.</p>`;
   const track = store.track(selected);
-  const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
+  const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`, track !== undefined);
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
   if (track === undefined && !app.feed.isCurrent) return html`<p class="hint">Loading the air picture…</p>`;
   if (track === undefined) return transitions.problem === "" ? absent(selected, steps, shownS) : html`<p class="hint">${transitions.problem}</p>`;
   last = { id: selected, name: nameOf(track) };
-  const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
+  const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`, true);
   const { updates } = app.selection;
   return html`${head(track, app)}
     ${facts(track, updates[updates.length - 1], app)}
