@@ -13,7 +13,9 @@ const SILENCE_MAX_S = 60;
 /** A sigma that is at least so much of the prior has not been reduced by any plot. */
 const UNTOUCHED_RATIO_MIN = 0.999;
 /** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
-const MISPLACED = new Set(["site", "positions_displaced"]);
+const MISPLACED = new Set(["site", "positions_displaced", "clock"]);
+/** Causes by which measurements are missing: they move none of the others. */
+const MISSING = new Set(["ends_early", "no_measurements", "range_max"]);
 
 export type Level = "FAULT" | "ALARM" | "SILENT" | "BEARINGS ONLY" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 
@@ -102,7 +104,8 @@ export function isWithoutPlots(sensor: Sensor, store: Store, olderS: number | nu
 
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
 export function doubtOf({ level }: Severity, sensor: Sensor, sensors: readonly Sensor[]): string {
-  if (level === "FAULT" || isMisplaced(sensor)) return "this radar has a fault";
+  const isWrong = level === "FAULT" && sensor.diagnoses.some(({ code }) => !MISSING.has(code ?? ""));
+  if (isWrong || isMisplaced(sensor)) return "this radar has a fault";
   if (alarmsOf(sensor).includes("clock")) return "the clock of this radar is wrong";
   const wrong = sensors.find(isMisplaced);
   return wrong === undefined ? "" : `the positions from ${wrong.id} are wrong`;

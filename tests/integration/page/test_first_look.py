@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 from integration.page.conftest import Air, received
 from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_map import overlaps
-from integration.page.test_panels import pictured
+from integration.page.test_panels import pictured, sensors_with
 
 VIEW = f"{PICTURE}.map.getView()"
 DAY_S = 86_400.0
@@ -89,6 +89,29 @@ def test_a_track_that_the_service_has_again_after_a_start_has_its_details(
     page.unroute_all(behavior="wait")
     expect(contributing).to_contain_text("in the last minute")
     expect(page.get_by_role("region", name="Track history")).to_be_visible()
+
+
+def test_a_wrong_clock_makes_biases_doubtful_and_an_end_of_data_does_not(
+    page: Page, air: Air
+) -> None:
+    code = "clock"
+
+    def wrong(sensors: list[dict[str, Any]]) -> None:
+        west = next(one for one in sensors if one["id"] == "west")
+        west["diagnoses"] = [{"code": code, "sentence": "west: wrong"}]
+
+    sensors_with(page, wrong)
+    opened(page, air, "/#tab=sensors")
+    table = page.locator("#sensors table.sensors tbody tr")
+    expect(table.get_by_text("FAULT")).to_have_count(1)
+    expect(table.filter(has_text="?")).to_have_count(3)
+    page.get_by_role("button", name="east").click()
+    east = page.get_by_role("region", name="Sensor east")
+    expect(east).to_contain_text("Do not use these biases: the positions from west are wrong")
+    code = "ends_early"
+    expect(table.filter(has_text="?")).to_have_count(0)
+    expect(table.get_by_text("FAULT")).to_have_count(1)
+    expect(east).to_contain_text("of 95 %")
 
 
 def test_land_does_not_run_around_the_world(page: Page, air: Air) -> None:

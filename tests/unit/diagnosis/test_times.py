@@ -100,5 +100,5 @@ def test_other_ends_are_no_diagnosis(short: Source) -> None:
     assert check_ends(sources) == []
 
 
-def test_windows_of_a_running_service_are_too_short_for_ends() -> None:
+def test_a_minute_is_too_short_for_ends() -> None:
     assert check_ends({"1-10": timed("radar", 0.0, 10.0), "adsb": timed("adsb", 0.0, 60.0)}) == []

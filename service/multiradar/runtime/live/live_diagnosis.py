@@ -32,8 +32,9 @@ WINDOW_S = 60.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
-#: and an airport may close at night.
-_OF_LONGER_TIMES = ("no_measurements", "times_jump")
+#: and an airport may close at night. A sensor that ends before the others is silent, which its
+#: alarm says until it sends again.
+_OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early")
 #: Columns of a table of sensors with a row for each bias parameter; the first is its sensor.
 _OF_PARAMETERS = ("parameter_sensor", "parameter_kind", "prior_mean", "prior_sigma", "drift")
 

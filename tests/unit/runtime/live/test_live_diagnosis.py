@@ -139,6 +139,16 @@ def test_a_changed_sensor_or_a_restart_ends_a_finding() -> None:
     diagnosis.stop()
 
 
+def test_a_window_of_a_fast_replay_says_nothing_of_ends_of_recordings() -> None:
+    """A radar that stops is silent until it sends again, which its alarm says."""
+    ended = (pl.col("sensor_id") == "1-10") & (pl.col("time_s") > START_S + 30.0)
+    frame = RIGHT.frame.filter(~ended)
+    slow = frame.with_columns(time_s=START_S + 20.0 * (pl.col("time_s") - START_S))
+    diagnosis = opened()
+    assert "ends_early" not in [one["code"] for one in window(diagnosis, slow)]
+    diagnosis.stop()
+
+
 def test_a_held_finding_has_the_newest_sentence_in_its_place() -> None:
     held = HeldFindings()
     first = [Diagnosis("1-10", "site", "1.9 km"), Diagnosis("", "no_tracks", "none")]
