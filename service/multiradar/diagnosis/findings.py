@@ -17,7 +17,7 @@ from multiradar.diagnosis.columns import (
     check_time_unit,
 )
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
-from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, gps_time, late_positions
+from multiradar.diagnosis.cross_sensor.clocks import check_clock, check_late_positions
 from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
     TESTED_MIN,
@@ -35,6 +35,7 @@ from multiradar.diagnosis.cross_sensor.identities import (
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
     check_common_azimuth,
+    check_gain,
     check_large_offsets,
     check_offsets,
 )
@@ -307,7 +308,7 @@ def _check_agreeing(
     agreement = comparison.agreement(number, pairs)
     found = _first(check_heights(comparison, number, name, agreement, pairs))
     if not comparison.is_radar(number):
-        return found or _first(_late(comparison, number, name, pairs))
+        return found or _first(check_late_positions(comparison, number, name, pairs))
     radars = [int(one) for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(one)]
     found = found or _first(check_height_offset(comparison, name, number, pairs, radars))
     if found:
@@ -317,27 +318,8 @@ def _check_agreeing(
     configured_s, _ = configured_bias(sensors, number, PARAMETER_TIME_OFFSET)
     return (
         _of_heights(name, comparison.site(number)[2], wrong)
-        or _of_registration(name, wrong, configured_s)
-        or _first(check_offsets(sensors, number, wrong, others))
-    )
-
-
-# By the names of aircraft: with tracks the nearest one would hide a clock error.
-def _late(comparison: Comparison, number: int, name: str, pairs: Pairs) -> Diagnosis | None:
-    late_s = late_positions(comparison, number, pairs)
-    if not abs(late_s) >= LATE_MIN_S:
-        return None
-    return _of_clock(name, late_s, "set bias.time_offset_s in the sensors file")
-
-
-def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
-    sense, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
-    return Diagnosis(
-        name,
-        "clock",
-        f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: along "
-        f"track, its plots lie {where} the positions measured by other sensors; correct its "
-        f"times, or {setting}",
+        or check_clock(name, wrong, configured_s, comparison.plots(number))
+        or _first(check_gain(sensors, number, wrong), check_offsets(sensors, number, wrong, others))
     )
 
 
@@ -381,16 +363,6 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 "the sensors file",
             )
         ]
-    return []
-
-
-def _of_registration(name: str, wrong: Registration, configured_s: float) -> list[Diagnosis]:
-    late_s = wrong.time_offset_s
-    if late_s:
-        setting = "set bias.time_offset_s in the sensors file"
-        if configured_s:
-            setting = f"bias.time_offset_s ({configured_s:g} s in the sensors file)"
-        return [_of_clock(name, late_s, setting)]
     return []
 
 

@@ -1,9 +1,13 @@
-"""Clock errors of sensors that report positions, from the path of each aircraft."""
+"""Clock errors of sensors: their diagnoses, and those of reported positions from each path."""
 
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
+from multiradar.diagnosis.cross_sensor.registration import Registration
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.plots import Plots
+from multiradar.diagnosis.times import utc
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
 #: Range of clock errors that are reported, s: smaller ones are those of transmission, and across
@@ -14,6 +18,8 @@ _SPEED_MIN_MPS = 60.0
 #: Positions are this far from the path of their aircraft at most, m, and the time offsets of half
 #: of them this close to their median, s and as a fraction of it.
 _ACROSS_M, _ALIKE_S, _ALIKE = 3000.0, 1.5, 0.1
+#: One time for each scan: so many plots at each time on average, and times this far apart, s.
+_PLOTS_OF_SCAN, _SCAN_MIN_S = 3, 2.0
 #: GPS minus UTC since 2017, s (IERS Bulletin C 52).
 GPS_MINUS_UTC_S, _GPS_WITHIN_S = 18.0, 0.7
 
@@ -63,3 +69,80 @@ def gps_time(late_s: float) -> str:
     """Return a hint if a clock is ahead by as much as GPS time is of UTC, else nothing."""
     is_gps = abs(late_s - GPS_MINUS_UTC_S) <= _GPS_WITHIN_S
     return " (GPS time instead of UTC?)" if is_gps else ""
+
+
+def check_late_positions(
+    comparison: Comparison, number: int, name: str, pairs: Pairs
+) -> Diagnosis | None:
+    """Diagnose a clock of reported positions; arguments as of `late_positions`."""
+    # By the names of aircraft: with tracks the nearest one would hide a clock error.
+    late_s = late_positions(comparison, number, pairs)
+    if not abs(late_s) >= LATE_MIN_S:
+        return None
+    return _of_clock(name, late_s, "set bias.time_offset_s in the sensors file")
+
+
+def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
+    sense, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
+    return Diagnosis(
+        name,
+        "clock",
+        f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: along "
+        f"track, its plots lie {where} the positions measured by other sensors; correct its "
+        f"times, or {setting}",
+    )
+
+
+def _of_jump(name: str, wrong: Registration) -> Diagnosis:
+    return Diagnosis(
+        name,
+        "clock",
+        f"{name}: its clock probably jumped by {wrong.jump_s:+.1f} s at about "
+        f"{utc(wrong.jump_at_s)}: along track, its plots shift by the distance that aircraft fly "
+        "in this time; correct its times on one side of the jump",
+    )
+
+
+def _of_times_of_scans(name: str, late_s: float) -> Diagnosis:
+    sense = "later" if late_s > 0.0 else "earlier"
+    return Diagnosis(
+        name,
+        "time_of_scan",
+        f"{name}: all plots of a scan have the same time, on average {abs(late_s):.1f} s {sense} "
+        "than the times at which they were measured; write the time of each plot",
+    )
+
+
+def check_clock(
+    name: str, wrong: Registration, configured_s: float, plots: Plots
+) -> list[Diagnosis]:
+    """Diagnose a clock by the registration of its radar.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    wrong : Registration
+        Its errors.
+    configured_s : float
+        Its time offset in the sensors file, s.
+    plots : Plots
+        Its plots.
+    """
+    late_s = wrong.time_offset_s
+    if wrong.jump_s:
+        return [_of_jump(name, wrong)]
+    if late_s and _have_time_of_scan(plots):
+        return [_of_times_of_scans(name, late_s)]
+    if late_s:
+        setting = "set bias.time_offset_s in the sensors file"
+        if configured_s:
+            setting = f"bias.time_offset_s ({configured_s:g} s in the sensors file)"
+        return [_of_clock(name, late_s, setting)]
+    return []
+
+
+def _have_time_of_scan(plots: Plots) -> bool:
+    times = np.unique(plots.time_s)
+    together = len(times) * _PLOTS_OF_SCAN <= plots.size
+    return together and len(times) > 1 and float(np.median(np.diff(times))) >= _SCAN_MIN_S

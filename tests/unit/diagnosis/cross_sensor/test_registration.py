@@ -1,10 +1,21 @@
-"""When a fitted factor confirms another registration of a radar."""
+"""When a fitted factor confirms another registration of a radar, and what is reported of it."""
+
+import re
 
 import numpy as np
+import polars as pl
 import pytest
 
-from multiradar.diagnosis.cross_sensor.registration import FACTOR_WITHIN, SIGMAS, _is_confirmed
+from multiradar.diagnosis.cross_sensor.offsets import check_gain
+from multiradar.diagnosis.cross_sensor.registration import (
+    FACTOR_WITHIN,
+    SIGMAS,
+    Registration,
+    _is_confirmed,
+)
 from multiradar.diagnosis.cross_sensor.trimmed_fit import TrimmedFit
+from multiradar.diagnosis.model import Diagnosis
+from support.inputs.mistaken import DURATION_S, RADARS, START_S, Recording, recording
 
 
 @pytest.mark.parametrize(
@@ -29,3 +40,65 @@ def test_a_factor_is_near_1_and_significant(
         nothing[:, 0], nothing[:, 0] > 0.0, scale=1.0,
     )  # fmt: skip
     assert _is_confirmed(fit) is is_confirmed
+
+
+NAME, PERIOD_S = "1-10", RADARS["1-10"][1]
+RANGE, TIME, HEIGHT = pl.col("range_m"), pl.col("time_s"), pl.col("height_m")
+
+
+def said(one: Recording) -> Diagnosis:
+    """Return the single diagnosis of the changed radar."""
+    (found,) = one.diagnosed()
+    assert found.sensor_id == NAME
+    return found
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1.003, r"0\.(29|30|31)% too long"), (0.9975, r"0\.2[3456]% too short")],
+)
+def test_a_range_gain_is_reported_as_such(factor: float, words: str) -> None:
+    """It appeared as noise of four times its sigma."""
+    found = said(recording().changed(NAME, range_m=RANGE * factor))
+    assert (found.code, found.severity) == ("range_gain", "error")
+    assert re.search(words, found.sentence) is not None
+
+
+@pytest.mark.parametrize(("gain", "severity"), [(0.0009, None), (0.0019, "warning")])
+def test_a_range_gain_that_a_radar_may_have_is_a_warning(gain: float, severity: str | None) -> None:
+    found = check_gain(recording().table(), 0, Registration(range_gain=gain))
+    assert (found.severity if found else None) == severity
+
+
+def test_a_range_gain_that_is_configured_is_not_reported() -> None:
+    one = recording().changed(NAME, range_m=RANGE * 1.003)
+    assert one.configured(NAME, bias={"range_gain": {"prior": 0.003}}).diagnosed() == []
+    estimated = {"range_gain": {"estimate": True}}
+    assert one.configured(NAME, bias=estimated).diagnosed() == []
+
+
+def test_ground_ranges_on_a_flat_earth_are_ground_ranges() -> None:
+    flat_m = (RANGE**2 - HEIGHT**2).clip(1.0).sqrt()
+    assert said(recording().changed(NAME, range_m=flat_m)).code == "ground_ranges"
+
+
+@pytest.mark.parametrize(("jump_s", "share"), [(1.5, 0.5), (-2.0, 0.3), (1.5, 0.65)])
+def test_a_clock_that_jumps_is_reported_with_the_jump_and_its_time(
+    jump_s: float, share: float
+) -> None:
+    """It appeared as a clock that is off by the mean."""
+    at_s = START_S + share * DURATION_S
+    found = said(recording().changed(NAME, time_s=TIME + jump_s * (at_s < TIME)))
+    assert found.code == "clock"
+    match = re.search(r"jumped by ([+-][\d.]+) s at about \S+ (\S+) UTC", found.sentence)
+    assert match is not None
+    assert float(match[1]) == pytest.approx(jump_s, abs=0.3)
+    minutes, seconds = match[2].split(":")[1:]
+    assert 60 * int(minutes) + int(seconds) == pytest.approx(share * DURATION_S, abs=15.0)
+
+
+def test_times_of_scans_are_not_taken_for_a_clock_error() -> None:
+    floored = (TIME / PERIOD_S).floor() * PERIOD_S
+    found = said(recording().changed(NAME, time_s=floored))
+    assert found.code == "time_of_scan"
+    assert "all plots of a scan have the same time" in found.sentence
