@@ -59,3 +59,16 @@ def test_reported_positions_that_are_rounded_are_named() -> None:
     assert (
         "all values are multiples of 0.01°, which adds an error of 321 m (1 sigma)" in said.sentence
     )
+
+
+# Regression: where traffic turns about a radar in one sense, its azimuth offset moves all aircraft
+# forward or back along their tracks, and healthy reports were said to be 1.6 s ahead.
+def test_an_azimuth_offset_of_a_radar_is_no_clock_of_the_reports() -> None:
+    one = with_reports(recording(positions=True)).only(NAME, "adsb")
+    turned = (pl.col("azimuth_deg").last() - pl.col("azimuth_deg").first() + 180.0) % 360.0 - 180.0
+    plots = one.frame.filter(sensor_id=NAME).group_by("track_number").agg(turned=turned)
+    names = plots.filter(pl.col("turned") < 0.0)["track_number"].implode()
+    same = Recording(one.frame.filter(pl.col("track_number").is_in(names)), one.sensors)
+    assert same.diagnosed() == []
+    (said,) = same.changed("adsb", time_s=pl.col("time_s") + 1.8).diagnosed()
+    assert "adsb: its clock is probably 1.8 s ahead" in said.sentence

@@ -3,10 +3,12 @@
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
+from multiradar.diagnosis.cross_sensor.effects import effects_at
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
-from multiradar.diagnosis.cross_sensor.registration import Registration
+from multiradar.diagnosis.cross_sensor.registration import PRIOR, Registration
+from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.plots import Plots
+from multiradar.diagnosis.plots import Floats, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
@@ -39,7 +41,8 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
     Returns
     -------
     float
-        Claimed time minus true time: positive where its clock is ahead.
+        Claimed time minus true time: positive where its clock is ahead. The offsets in range and
+        azimuth of the radars that it is compared with do not count.
     """
     pairs = pairs.select(pairs.source != RECORDING)
     if not pairs.size or not are_named(pairs):
@@ -50,19 +53,44 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
     apart_m = np.einsum("kij,kj->ki", rotation, own_m - pairs.position_m)[:, :2]
     flown_mps = np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2]
     speed_mps = np.linalg.norm(flown_mps, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        late_s = -np.sum(apart_m * flown_mps, axis=1) / speed_mps**2
-        across_m = np.linalg.norm(apart_m + flown_mps * late_s[:, None], axis=1)
+    late_s = _late_s(apart_m, flown_mps)
+    across_m = np.linalg.norm(apart_m + flown_mps * late_s[:, None], axis=1)
     # The path behind a turn is another: the farther from the time, the wider.
     near = (across_m <= _ACROSS_M + 0.2 * np.abs(late_s) * speed_mps) & (
         speed_mps >= _SPEED_MIN_MPS
     )
-    late_s = late_s[near & (np.abs(late_s) <= LATE_MAX_S)]
+    used = near & (np.abs(late_s) <= LATE_MAX_S)
+    late_s = late_s[used]
     if len(np.unique(pairs.plot)) < TESTED_MIN or len(late_s) < 0.5 * pairs.size:
         return np.nan
     middle_s = float(np.median(late_s))
     spread_s = float(np.median(np.abs(late_s - middle_s)))
-    return middle_s if spread_s <= max(_ALIKE_S, _ALIKE * abs(middle_s)) else np.nan
+    if spread_s > max(_ALIKE_S, _ALIKE * abs(middle_s)):
+        return np.nan
+    pairs, apart_m, flown_mps = pairs.select(used), apart_m[used], flown_mps[used]
+    offsets_m = _offsets_m(comparison, pairs, apart_m + flown_mps * middle_s, flown_mps)
+    return float(np.median(_late_s(apart_m - offsets_m, flown_mps)))
+
+
+# Claimed minus true time of each position, from the distance along its track.
+def _late_s(apart_m: Floats, flown_mps: Floats) -> Floats:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        late_s = -np.sum(apart_m * flown_mps, axis=1) / np.sum(flown_mps**2, axis=1)
+    return np.asarray(late_s)
+
+
+# Effect of the offsets of the radars on each difference: 0.2° are seconds along a track.
+def _offsets_m(comparison: Comparison, pairs: Pairs, apart_m: Floats, flown_mps: Floats) -> Floats:
+    height_m = ecef_to_geodetic(pairs.position_m)[2]
+    radars = [one for one in np.unique(pairs.source).tolist() if comparison.is_radar(one)]
+    columns = np.zeros((pairs.size, 2, 2 * len(radars) + 1))
+    columns[:, :, -1] = -flown_mps
+    for column, radar in enumerate(radars):
+        rows = np.flatnonzero(pairs.source == radar)
+        seen = effects_at(comparison.site(radar), pairs.position_m[rows], height_m[rows])
+        columns[rows, :, 2 * column : 2 * column + 2] = -seen.offsets * PRIOR
+    fit = Equations(apart_m, columns).fit(range(columns.shape[2]))
+    return np.asarray(columns[:, :, :-1] @ fit.solution[:-1])
 
 
 def gps_time(late_s: float) -> str:

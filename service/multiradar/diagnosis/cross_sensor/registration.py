@@ -23,7 +23,7 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: Prior sigmas of range m and azimuth rad of every sensor (`PRIOR_SIGMA_DEFAULT`).
-_PRIOR = (500.0, np.radians(0.5))
+PRIOR = (500.0, np.radians(0.5))
 #: Pairs that a fit needs.
 PAIRS_MIN = 60
 #: Minimum time offset, s: a whole second is a mistake, half a second a bias (its prior sigma).
@@ -134,7 +134,7 @@ def check_registration(
     sure = abs(late_s) >= max(TIME_MIN_S, SIGMAS * by_time.sigma[-1])
     if sure and by_time.scale <= SMALLER * min(plain.scale, by_site.scale / SMALLER):
         return nothing._replace(time_offset_s=late_s)
-    offset, sigma = plain.solution[:2] * _PRIOR, plain.sigma[:2] * _PRIOR
+    offset, sigma = plain.solution[:2] * PRIOR, plain.sigma[:2] * PRIOR
     return nothing._replace(
         offset=(float(offset[0]), float(offset[1])),
         offset_sigma=(float(sigma[0]), float(sigma[1])),
@@ -156,7 +156,7 @@ def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None
     rows = rows.select(np.abs(rows.height_m - rows.seen_m) <= HEIGHTS_ALIKE_M)
     if rows.size < PAIRS_MIN:
         return None
-    along = rows.biases[:, :, :1] / _PRIOR[0]
+    along = rows.biases[:, :, :1] / PRIOR[0]
     ground_m, _ = ground_range(site[2], rows.range_m, rows.height_m)
     flat_m = 2.0 * rows.range_m - np.hypot(rows.range_m, rows.height_m)
     gain_m = rows.range_m * (1.0 + 1.0 / _GAIN_UNIT)
@@ -241,13 +241,13 @@ def _rows(comparison: Comparison, number: int, pairs: Pairs) -> _Rows:
     sources = [one for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(int(one))]
     biases = np.zeros((pairs.size, 2, 2 + 2 * len(sources)))
     own = effects_at(site, pairs.position_m, plots.height_m)
-    biases[:, :, :2], scaled = own.offsets * _PRIOR, own.height_scale
+    biases[:, :, :2], scaled = own.offsets * PRIOR, own.height_scale
     for column, source in enumerate(sources, 1):
         rows = np.flatnonzero(pairs.source == source)
         other = effects_at(
             comparison.site(int(source)), pairs.position_m[rows], plots.height_m[rows]
         )
-        biases[rows, :, 2 * column : 2 * column + 2] = -other.offsets * _PRIOR
+        biases[rows, :, 2 * column : 2 * column + 2] = -other.offsets * PRIOR
         scaled[rows] -= other.height_scale
     # With a late clock the positions by others are interpolated to a later time.
     flight = -np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2, None]
