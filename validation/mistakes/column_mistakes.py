@@ -49,7 +49,29 @@ def _degrees_minutes(one: dict[str, float], name: str) -> float:
     return round(degrees + 0.6 * (one[name] - degrees), 6)
 
 
+_RANGE, _HEIGHT = pl.col("range_m"), pl.col("height_m")
+
 COLUMN_MISTAKES: tuple[Mistake, ...] = (
+    Mistake(
+        "ranges 0.3 % too long",
+        plots(RADAR, range_m=_RANGE * 1.003),
+        message=("26-10: its ranges are probably 0.3",),
+    ),
+    Mistake(
+        "ground ranges computed on a flat Earth",
+        plots(RADAR, range_m=(_RANGE**2 - _HEIGHT**2).clip(1.0).sqrt()),
+        message=(RADAR, "ground ranges"),
+    ),
+    Mistake(
+        "a clock that jumps by 1.5 s",
+        plots(RADAR, time_s=_TIME + 1.5 * (_TIME > _MIDDLE_S)),
+        message=("26-10: its clock probably jumped by +1.", "2018-08-01 08:15"),
+    ),
+    Mistake(
+        "the times of plots are those of the start of the scan",
+        plots(RADAR, time_s=(_TIME / 4.9).floor() * 4.9),
+        message=("26-10: all plots of a scan have the same time",),
+    ),
     Mistake(
         "azimuth 10° in all plots",
         plots(RADAR, azimuth_deg=pl.lit(10.0)),

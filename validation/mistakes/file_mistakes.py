@@ -150,7 +150,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "a clock that drifts by 2 ms each second",
         plots(RADAR, time_s=_TIME + 0.002 * (_TIME - _START_S)),
-        message=("26-10: its clock is probably 1.",),
+        message=("26-10: its clock probably drifts by",),
     ),
     Mistake(
         "azimuths of one radar off by 2.5°, without ADS-B",

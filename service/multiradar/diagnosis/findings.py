@@ -35,7 +35,6 @@ from multiradar.diagnosis.cross_sensor.identities import (
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
     check_common_azimuth,
-    check_gain,
     check_large_offsets,
     check_offsets,
 )
@@ -319,7 +318,7 @@ def _check_agreeing(
     return (
         _of_heights(name, comparison.site(number)[2], wrong)
         or check_clock(name, wrong, configured_s, comparison.plots(number))
-        or _first(check_gain(sensors, number, wrong), check_offsets(sensors, number, wrong, others))
+        or _first(check_offsets(sensors, number, wrong, others))
     )
 
 

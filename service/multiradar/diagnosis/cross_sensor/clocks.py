@@ -121,13 +121,17 @@ def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
     )
 
 
-def _of_jump(name: str, wrong: Registration) -> Diagnosis:
+def _of_change(name: str, wrong: Registration) -> Diagnosis:
+    how = f"jumped by {wrong.change_s:+.1f} s at about {utc(wrong.jump_at_s)}"
+    remedy = "correct its times on one side of the jump"
+    if np.isnan(wrong.jump_at_s):
+        how = f"drifts by {1e3 * wrong.drift:+.2g} ms per second ({wrong.change_s:+.1f} s in total)"
+        remedy = "correct its times"
     return Diagnosis(
         name,
         "clock",
-        f"{name}: its clock probably jumped by {wrong.jump_s:+.1f} s at about "
-        f"{utc(wrong.jump_at_s)}: along track, its plots shift by the distance that aircraft fly "
-        "in this time; correct its times on one side of the jump",
+        f"{name}: its clock probably {how}: the distance along track between its plots and the "
+        f"positions measured by other sensors changes during the recording; {remedy}",
     )
 
 
@@ -158,8 +162,8 @@ def check_clock(
         Its plots.
     """
     late_s = wrong.time_offset_s
-    if wrong.jump_s:
-        return [_of_jump(name, wrong)]
+    if wrong.change_s:
+        return [_of_change(name, wrong)]
     if late_s and _have_time_of_scan(plots):
         return [_of_times_of_scans(name, late_s)]
     if late_s:

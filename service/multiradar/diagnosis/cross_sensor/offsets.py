@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import configured_bias
-from multiradar.diagnosis.cross_sensor.registration import GAIN_MIN, SIGMAS, Registration
+from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
@@ -17,7 +17,6 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     SensorTable,
 )
-from multiradar_schemas.sensors.sensor import PRIOR_SIGMA_DEFAULT
 
 #: An offset is wrong from this difference on, m and rad: in correct recordings the fit was off by
 #: 0.1 km and 0.02° at most, also with drifting offsets.
@@ -32,8 +31,6 @@ OFFSET_CODE = "bias"
 COMMON_AZIMUTH = float(np.radians(1.0))
 #: An offset is unusual from this number of prior standard deviations on.
 LARGE_SIGMAS = 2.0
-#: Range gain that no radar has: its prior sigma.
-_GAIN_OF_RADARS = PRIOR_SIGMA_DEFAULT["range_gain"]
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 #: ... and from these values on, m and rad.
 LARGE = dict(zip(_KINDS, (1000.0, COMMON_AZIMUTH), strict=True))
@@ -69,34 +66,6 @@ def check_offsets(
             numbers = (configured, prior_sigma, value, sigma)
             return _wrong(sensors.ids[number], kind, numbers, others)
     return None
-
-
-def check_gain(sensors: SensorTable, number: int, found: Registration) -> Diagnosis | None:
-    """Diagnose a range gain that is not estimated, or whose prior excludes the right one.
-
-    Parameters
-    ----------
-    sensors : SensorTable
-        As configured.
-    number : int
-        The radar.
-    found : Registration
-        Its range gain estimated from the others.
-    """
-    configured, prior_sigma = configured_bias(sensors, number, PARAMETER_RANGE_GAIN)
-    gain = found.range_gain
-    if not gain or abs(gain - configured) < max(GAIN_MIN, PRIOR_SIGMAS * prior_sigma):
-        return None
-    name = sensors.ids[number]
-    return Diagnosis(
-        name,
-        "range_gain",
-        f"{name}: its ranges are probably {abs(gain):.2%} too {'long' if gain > 0.0 else 'short'}: "
-        f"with this error corrected, the median distance of its plots from the positions measured "
-        f"by other sensors is {found.after_m:.0f} m ({found.before_m:.0f} m as recorded); correct "
-        "the ranges, or set estimate = true in [sensor.bias.range_gain] in the sensors file",
-        "error" if abs(gain) >= _GAIN_OF_RADARS else "warning",
-    )
 
 
 def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:

@@ -1,10 +1,9 @@
 """Clock, height and range errors of a sensor from its residuals against others.
 
 The difference between the plots of a sensor and the positions by others is fitted with the range
-and azimuth biases of both, and then in addition with a time offset, two time offsets before and
-after an instant, a range gain, a shift of the site, or the effect of a hypothetical error on each
-plot. Aircraft on different headings separate a time offset from the rest; the fitted factor of an
-actual error is 1.
+and azimuth biases of both, and then in addition with a time offset, which may drift or jump, a
+shift of the site, or the effect of a hypothetical error on each plot. Aircraft on different
+headings separate a time offset from the rest; the fitted factor of an actual error is 1.
 """
 
 from collections.abc import Callable
@@ -31,8 +30,6 @@ TIME_MIN_S = 0.75
 #: An additional parameter must reduce the residuals by this factor, and be significant.
 SMALLER = 0.8
 SIGMAS = 8.0
-#: Minimum range gain: 200 m at 200 km.
-GAIN_MIN = 0.001
 #: Jumps of a clock are tried after each of these fractions of the plots.
 _JUMP_SHARES = np.arange(0.1, 0.95, 0.05)
 #: Tolerance of the fitted factor about 1. Other causes stay far from 1: pressure heights 7 % off
@@ -48,8 +45,6 @@ HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
 _HEIGHT_STEPS, _HEIGHT_STEP_M = 4, 1000.0
 #: Unit of a shift of the site in a fit, m: columns of one size, as those of the biases.
 _SHIFT_M = 1000.0
-#: A range gain in the fit is multiplied by this, for the same reason.
-_GAIN_UNIT = 1000.0
 
 
 class Registration(NamedTuple):
@@ -59,10 +54,10 @@ class Registration(NamedTuple):
     ----------
     time_offset_s : float
         Claimed time minus true time, s.
-    jump_at_s, jump_s : float
-        Claimed time at which the clock jumped, and later minus earlier time offset, s.
-    range_gain : float
-        Relative range error, measured minus true.
+    change_s : float
+        Last minus first time offset, s.
+    jump_at_s, drift : float
+        Claimed time at which the clock jumped by it, s; or, if this is NaN, its drift, s/s.
     ground_ranges : bool
         Whether its ranges are ground ranges.
     height_in_feet : bool
@@ -78,9 +73,9 @@ class Registration(NamedTuple):
     """
 
     time_offset_s: float = 0.0
-    jump_at_s: float = 0.0
-    jump_s: float = 0.0
-    range_gain: float = 0.0
+    change_s: float = 0.0
+    jump_at_s: float = np.nan
+    drift: float = 0.0
     ground_ranges: bool = False
     height_in_feet: bool = False
     height_m: float = np.nan
@@ -121,15 +116,14 @@ def check_registration(
     plain = equations.fit(offsets)
     by_time = equations.fit([*offsets, len(offsets)])
     by_site = equations.fit([*offsets, len(offsets) + 1, len(offsets) + 2])
-    by_jump, jump_at_s = _by_jump(rows)
-    best_m = min(by_time.scale, by_site.scale, by_jump.scale)
+    by_change, change = _by_change(rows)
+    best_m = min(by_time.scale, by_site.scale, by_change.scale)
     by_height = _of_heights(comparison.site(number), rows, best_m)
     if by_height is not None:
         return by_height
-    jump_s = float(by_jump.solution[-1])
-    jumped = abs(jump_s) >= max(TIME_MIN_S, SIGMAS * by_jump.sigma[-1])
-    if jumped and by_jump.scale <= min(SMALLER * by_time.scale, best_m):
-        return nothing._replace(jump_at_s=jump_at_s, jump_s=jump_s)
+    changed = abs(change.change_s) >= max(TIME_MIN_S, SIGMAS * by_change.sigma[-1])
+    if changed and by_change.scale <= min(SMALLER * by_time.scale, best_m):
+        return change
     late_s = float(by_time.solution[-1])
     sure = abs(late_s) >= max(TIME_MIN_S, SIGMAS * by_time.sigma[-1])
     if sure and by_time.scale <= SMALLER * min(plain.scale, by_site.scale / SMALLER):
@@ -141,14 +135,24 @@ def check_registration(
     )
 
 
-# The best fit with two time offsets; its last parameter is the later minus the earlier one.
-def _by_jump(rows: "_Rows") -> tuple[TrimmedFit, float]:
-    tried = []
-    for at_s in np.unique(np.quantile(rows.time_s, _JUMP_SHARES)).tolist():
-        later = rows.flight * (rows.time_s >= at_s)[:, None, None]
+# The best fit with a time offset that changes; its last parameter is the change.
+def _by_change(rows: "_Rows") -> tuple[TrimmedFit, Registration]:
+    first_s, duration_s = rows.time_s.min(), max(float(np.ptp(rows.time_s)), 1.0)
+
+    def fitted(part: Floats) -> TrimmedFit:
+        later = rows.flight * part[:, None, None]
         columns = np.concatenate([rows.biases, rows.flight, later], axis=2)
-        tried.append((Equations(rows.apart_m, columns).fit(range(columns.shape[2])), at_s))
-    return min(tried, key=lambda one: one[0].scale)
+        return Equations(rows.apart_m, columns).fit(range(columns.shape[2]))
+
+    drifting = fitted((rows.time_s - first_s) / duration_s)
+    change_s = float(drifting.solution[-1])
+    best = drifting, Registration(change_s=change_s, drift=change_s / duration_s)
+    for at_s in np.unique(np.quantile(rows.time_s, _JUMP_SHARES)).tolist():
+        jumping = fitted((rows.time_s >= at_s).astype(np.float64))
+        if jumping.scale < best[0].scale:
+            change_s = float(jumping.solution[-1])
+            best = jumping, Registration(change_s=change_s, jump_at_s=at_s)
+    return best
 
 
 # Errors whose effect depends on aircraft height; `best_m` is the residual under other errors.
@@ -159,16 +163,14 @@ def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None
     along = rows.biases[:, :, :1] / PRIOR[0]
     ground_m, _ = ground_range(site[2], rows.range_m, rows.height_m)
     flat_m = 2.0 * rows.range_m - np.hypot(rows.range_m, rows.height_m)
-    gain_m = rows.range_m * (1.0 + 1.0 / _GAIN_UNIT)
-    effects = [along * (one - rows.range_m)[:, None, None] for one in (ground_m, flat_m, gain_m)]
+    effects = [along * (one - rows.range_m)[:, None, None] for one in (ground_m, flat_m)]
     columns = np.concatenate([rows.biases, rows.scaled, *effects], axis=2)
     equations, offsets = Equations(rows.apart_m, columns), range(rows.biases.shape[2])
     plain = equations.fit(offsets)
-    ground, flat, by_gain = (equations.fit([*offsets, len(offsets) + one]) for one in (1, 2, 3))
-    enough_m = min(SMALLER * plain.scale, best_m)
-    for one in (ground, flat):
-        if _is_confirmed(one) and one.scale <= min(enough_m, by_gain.scale):
-            return Registration(ground_ranges=True, before_m=plain.scale, after_m=one.scale)
+    for effect in (1, 2):
+        fit = equations.fit([*offsets, len(offsets) + effect])
+        if _is_confirmed(fit) and fit.scale <= min(SMALLER * plain.scale, best_m):
+            return Registration(ground_ranges=True, before_m=plain.scale, after_m=fit.scale)
     others = [*offsets, len(offsets)]
 
     # The fit for another site height.
@@ -178,12 +180,7 @@ def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None
         raised = np.concatenate([columns[:, :, others], raised], axis=2)
         return Equations(rows.apart_m, raised).fit(range(raised.shape[2]))
 
-    best_m = min(best_m, by_gain.scale)
-    found = _of_site_height(site[2], equations.fit(others), at_height, best_m)
-    gain, sigma = by_gain.solution[-1] / _GAIN_UNIT, by_gain.sigma[-1] / _GAIN_UNIT
-    if found is None and abs(gain) >= max(GAIN_MIN, SIGMAS * sigma) and by_gain.scale <= enough_m:
-        return Registration(range_gain=float(gain), before_m=plain.scale, after_m=by_gain.scale)
-    return found
+    return _of_site_height(site[2], equations.fit(others), at_height, best_m)
 
 
 # The site height, with all aircraft heights free to be off in proportion.

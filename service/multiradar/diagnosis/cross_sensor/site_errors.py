@@ -41,7 +41,7 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to
 #: Kinds of errors.
 SHIFT, GAIN, CLOCK = "shift", "gain", "clock"
 #: Minimum error that is reported: shift of a site, m, relative error of ranges, time, s.
-LEAST = {SHIFT: 150.0, GAIN: 0.005, CLOCK: 0.2}
+LEAST = {SHIFT: 150.0, GAIN: 0.002, CLOCK: 0.2}
 #: An error is significant from this multiple of its standard deviation on.
 SIGMAS = 8.0
 #: Aircraft and pairs that an error needs; pairs in a fit, at most.
