@@ -304,6 +304,11 @@ def _decoded(document: Any, kind: Any, arrays: list[NDArray[Any]]) -> Any:
 
 
 def _decoded_items(document: Any, kind: Any, arrays: list[NDArray[Any]]) -> Any:
+    if hasattr(kind, "STATE"):
+        # In a mapping or list: built without parameters.
+        holder = kind()
+        _restore(holder, document, arrays)
+        return holder
     origin, arguments = get_origin(kind) or kind, get_args(kind)
     if origin in _MAPPINGS:
         key_kind, held = _pair(origin, arguments)

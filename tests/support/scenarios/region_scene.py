@@ -17,6 +17,7 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.storage.memory_journal import MemoryJournal
@@ -145,16 +146,21 @@ class Unit:
         Times its messages.
     journal : MemoryJournal, optional
         Continued; else a new one.
+    snapshots : SnapshotRules, optional
+        Where it has its snapshots; else it has none.
     """
 
-    def __init__(self, name: str, clock: ManualClock, journal: MemoryJournal | None = None) -> None:
+    def __init__(
+        self, name: str, clock: ManualClock, journal: MemoryJournal | None = None,
+        snapshots: SnapshotRules | None = None,
+    ) -> None:  # fmt: skip
         self.name = name
         self.journal = journal or MemoryJournal()
         described = sensors_of(name)
         table = sensor_table(described)
         self.service = Service(
             open_journal=lambda: self.journal, open_engine=lambda: Engine(table, TRACKING),
-            sensors=table, tracking=TRACKING, described=described,
+            sensors=table, tracking=TRACKING, described=described, snapshots=snapshots,
         )  # fmt: skip
         neighbours = [one for one in CENTRES.values() if one.name != name]
         self.board = RegionBoard(Areas(CENTRES[name], neighbours), RegionRules())

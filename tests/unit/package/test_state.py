@@ -59,6 +59,7 @@ class Holder:
         "counts": Counter[str],
         "waiting": OrderedDict[tuple[int, int], list[Pair]],
         "nothing": float | None,
+        "parts": dict[str, Part],
     }
 
     def __init__(self) -> None:
@@ -72,6 +73,7 @@ class Holder:
         self.counts: Counter[str] = Counter()
         self.waiting: OrderedDict[tuple[int, int], list[Pair]] = OrderedDict()
         self.nothing: float | None = 1.0
+        self.parts: dict[str, Part] = {}
         self.given = "by its parameters"
         self.times_restored = 0
 
@@ -92,6 +94,8 @@ def filled() -> Holder:
     holder.waiting[2, 1] = [Pair(np.empty((0, 2)), 1)]
     holder.waiting[1, 1] = []
     holder.nothing = None
+    holder.parts["east"] = Part()
+    holder.parts["east"].seen[1] = np.ones(2)
     return holder
 
 

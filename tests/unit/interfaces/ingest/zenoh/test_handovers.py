@@ -2,11 +2,15 @@
 
 from collections import defaultdict
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
+from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.live.view import REGION_SILENT
+from multiradar.storage.entries import StoredEntry
+from multiradar.storage.snapshots import SnapshotFolder
 from support.scenarios.region_scene import CENTRES, SCAN_S, Scene, Unit
 
 pytestmark = pytest.mark.slow
@@ -147,3 +151,32 @@ def test_a_replay_of_the_journal_has_the_same_events(run: Run) -> None:
         assert any(b'"continues":"north-west/' in one for one in events)
     finally:
         again.stop()
+
+
+def test_a_start_from_a_snapshot_continues_the_regions(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each snapshot was rejected: what the neighbours had handed over could not be restored."""
+    journal = run.scene.units["south-east"].journal
+    rules = SnapshotRules(SnapshotFolder(tmp_path / "journal"), 1e9, 1, "")
+    read, begins = journal.read, list[int]()
+
+    def noted(after: int) -> Iterator[StoredEntry]:
+        begins.append(after)
+        return read(after)
+
+    monkeypatch.setattr(journal, "read", noted)
+    found = []
+    # The first replays the journal, and writes a snapshot at its end; the second starts from it,
+    # and verifies the journal afterwards.
+    for _ in range(2):
+        unit = Unit("south-east", run.scene.clock, journal, rules)
+        try:
+            near, reached_s = unit.board.near()
+            tracks = unit.tracks().to_dicts()
+            found.append((unit.board.figures(), near.tobytes(), reached_s, tracks))
+        finally:
+            unit.stop()
+    assert begins[:2] == [0, journal.counts().entries]
+    assert found[0] == found[1]
+    assert found[0][0]["neighbours"][0]["matched"] > 0
