@@ -42,8 +42,9 @@ export function latitudeOf(y: number): number {
   return (2 * Math.atan(Math.exp(y / RADIUS_M)) - Math.PI / 2) / DEGREE;
 }
 
+/** From −180° to 180°: tracks fly across the antimeridian. */
 export function longitudeOf(x: number): number {
-  return x / RADIUS_M / DEGREE;
+  return nearestX(x, 0) / RADIUS_M / DEGREE;
 }
 
 /** The azimuth from a point to another on a sphere, rad, clockwise from north. */

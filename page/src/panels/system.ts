@@ -3,7 +3,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 
 import { follow } from "../service/access";
-import { utc } from "../view/units";
+import { dated, utc } from "../view/units";
 import type { App, Panel } from "./panel";
 import { Source } from "./source";
 
@@ -70,18 +70,18 @@ function draw(app: App): TemplateResult {
       ["Track lag behind newest plot", Number.isNaN(count("reorder_horizon_s")) ? "–" : `≥ ${count("reorder_horizon_s")} s (reordering)`],
     ])}`}
     ${group("Measurements", [
-      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["Duplicate (repeated messages)", text("duplicate")],
+      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], [app.clock.recorded ? "Duplicate" : "Duplicate (repeated messages)", text("duplicate")],
     ])}
     ${count("read") === count("accepted") + count("rejected") + count("duplicate") || Number.isNaN(count("read"))
       ? nothing : html`<p class="hint">Some measurements are still being counted.</p>`}
     ${rejects(app)}
     ${outcomes(status)}
     ${unobservable.length === 0 ? nothing : html`<h3>Unobservable biases</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
-    ${group("Tracks", [
+    ${group("Tracks", app.clock.recorded ? [["Initiated", text("tracks_initiated")], ["Confirmed", text("tracks_confirmed")]] : [
       ["Live", text("tracks")], ["Confirmed or coasting", text("tracks_confirmed_live")],
       ["Initiated", text("tracks_initiated")], ["Terminated", text("tracks_ended")],
     ])}
-    ${group("Connections", [
+    ${app.clock.recorded ? nothing : group("Connections", [
       ["Pages", pages(status)], ["Event stream", `${text("subscribers")} client${status["subscribers"] === 1 ? "" : "s"}`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
       ["Receiver feeds", status["feeds"] == null ? "off" : "on"],
@@ -158,7 +158,7 @@ function shown(code: string, app: App): TemplateResult {
   if (source === undefined) examples.set(code, (source = new Source(EXAMPLES_MS)));
   const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);
   if (found === null) return html`<p class="hint">${source.problem || "Loading…"}</p>`;
-  return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${one.reason}<br><code>${one.raw}</code></p>`)}
+  return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${dated(one.reason)}<br><code>${one.raw}</code></p>`)}
     <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}" @click=${follow}>All retained rejects</a></p>`;
 }
 

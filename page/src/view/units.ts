@@ -67,6 +67,11 @@ export function date(seconds: number | null): string {
   return seconds === null ? "" : (isoTime(seconds) ?? "").slice(0, 10);
 }
 
+/** A text of the service with its Unix times, in seconds, as dates and times. */
+export function dated(text: string): string {
+  return text.replace(/\b([0-9]{9,10})(\.[0-9]+)? s\b/g, (_, whole: string) => `${date(Number(whole))} ${utc(Number(whole))} UTC`);
+}
+
 /** A time in ISO 8601; null where the date is not known. */
 export function isoTime(seconds: number): string | null {
   return Math.abs(seconds) >= DATED_FROM_S ? new Date(Math.round(seconds * 1000)).toISOString() : null;

@@ -112,7 +112,7 @@ export function initialView(address: string): ViewState {
       state: given.get("state") ?? "",
       area: given.get("area") === "map",
     },
-    tab: TABS.find(([name]) => name === given.get("tab"))?.[0] ?? "tracks",
+    tab: TABS.find((names) => names.some((one) => one.toLowerCase() === given.get("tab")))?.[0] ?? "tracks",
     sensor: given.get("sensor"),
     open: true,
     centre: longitude !== null && latitude !== null

@@ -101,7 +101,7 @@ def test_a_wrong_clock_makes_biases_doubtful_and_an_end_of_data_does_not(
         west["diagnoses"] = [{"code": code, "sentence": "west: wrong"}]
 
     sensors_with(page, wrong)
-    opened(page, air, "/#tab=sensors")
+    opened(page, air, "/#tab=radars")
     table = page.locator("#sensors table.sensors tbody tr")
     expect(table.get_by_text("FAULT")).to_have_count(1)
     expect(table.filter(has_text="?")).to_have_count(3)
@@ -112,6 +112,21 @@ def test_a_wrong_clock_makes_biases_doubtful_and_an_end_of_data_does_not(
     expect(table.filter(has_text="?")).to_have_count(0)
     expect(table.get_by_text("FAULT")).to_have_count(1)
     expect(east).to_contain_text("of 95 %")
+
+
+def test_times_in_the_reasons_of_rejects_have_a_date(page: Page, air: Air) -> None:
+    reason = "expected a time at most 6 s before the data time 1785600370.98 s, was 1785513970 s"
+    row = {"number": 1, "source": "http", "code": "TIME_LATE", "reason": reason, "raw": "{}"}
+    page.route("**/v1/rejects*", lambda route: route.fulfill(json={"rejects": [row]}))
+    page.route(
+        "**/v1/status",
+        lambda route: route.fulfill(json=route.fetch().json() | {"rejected_by_code": {"LATE": 1}}),
+    )
+    opened(page, air, "/#tab=system")
+    page.get_by_text("LATE 1").click()
+    expect(page.get_by_role("region", name="Rejects")).to_contain_text(
+        "at most 6 s before the data time 2026-08-01 16:06:10 UTC, was 2026-07-31 16:06:10 UTC"
+    )
 
 
 def test_land_does_not_run_around_the_world(page: Page, air: Air) -> None:

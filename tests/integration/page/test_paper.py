@@ -1,9 +1,12 @@
 """The map on paper, across the antimeridian, and where symbols are crowded."""
 
+from typing import Any
+
 from playwright.sync_api import Page, expect
 
 from integration.page.conftest import Air
 from integration.page.test_browser import PICTURE, STORE, opened
+from integration.page.test_panels import pictured
 
 ACTIONS = "window.multiradar.actions"
 
@@ -71,6 +74,16 @@ def test_traffic_across_the_antimeridian_is_on_one_map(page: Page, air: Air) -> 
         }})()"""
     )
     assert inside == [True, True]
+
+    # Flown across it since the frame, at the time shown.
+    def crossing(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        tracks["longitude_deg"][:] = 180.5
+        tracks["speed_mps"][:] = 0.0
+
+    pictured(page, crossing)
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    page.keyboard.press("2")
+    expect(page.locator("#sheet")).to_contain_text(", -179.5000")
 
 
 def test_labels_are_not_those_of_other_symbols(page: Page, air: Air) -> None:

@@ -294,6 +294,22 @@ def test_a_radar_whose_plots_are_drawn_has_data(page: Page, shown: str) -> None:
     expect(badges.get_by_text("NO DATA")).to_have_count(0)
     names = page.evaluate("window.multiradar.picture.layers.layers[1].names.join()")
     assert "NO DATA" not in names
+    page.get_by_role("button", name="north").click()
+    sheet = page.get_by_role("region", name="Sensor north")
+    expect(sheet).to_contain_text("none in the last 2 min")
+
+
+def test_the_system_of_a_recorded_run_has_its_counts(page: Page, shown: str) -> None:
+    opened(page, shown, "tab=system")
+    system = page.locator("#system")
+    measurements = page.get_by_role("region", name="Measurements")
+    expect(measurements.locator("dt")).to_have_text(["Read", "Accepted", "Rejected", "Duplicate"])
+    counts = [int(one) for one in measurements.locator("dd").all_inner_texts()]
+    assert counts[0] == sum(counts[1:]) > 1000
+    expect(system.get_by_text("imm", exact=True)).to_be_visible()
+    # Nothing is live.
+    expect(page.get_by_role("region", name="Connections")).to_have_count(0)
+    expect(system).not_to_contain_text("–")
 
 
 def exported(page: Page, name: str) -> tuple[str, bytes]:

@@ -151,7 +151,7 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
   const rows: [string, string][] = [
     ["Kind", KINDS[sensor.kind] ?? sensor.kind],
     ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `last ${olderS === 0 ? `${sensor.age_s.toFixed(1)} s` : aged(sensor.age_s, olderS)} ago`]
-      .filter((one) => one !== "").join(", ") || "none"],
+      .filter((one) => one !== "").join(", ") || (sensor.updates === null ? "none in the last 2 min" : "none")],
     ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
     [`Latency behind data time${now}`, Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],
     [`Received too late${now}`, arrivals === undefined ? "no data" : String(numberOf(arrivals["late"]))],
