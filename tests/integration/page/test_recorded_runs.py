@@ -312,6 +312,19 @@ def test_the_system_of_a_recorded_run_has_its_counts(page: Page, shown: str) -> 
     expect(system).not_to_contain_text("–")
 
 
+def test_an_address_after_the_end_has_each_plot_of_the_end_once(page: Page, shown: str) -> None:
+    opened(page, shown)
+    end_s: float = page.evaluate("window.multiradar.clock.span[1]")
+    page.goto("about:blank")
+    page.goto(f"{shown}/#at={end_s + 5.0:.1f}")
+    # The first picture is of the time asked for, the next one of the end.
+    settled(page, f"{STORE}.frames > 1 && {STORE}.dataTimeS < {end_s + 0.1}")
+    plots = page.evaluate(
+        f"[...{STORE}.plots].map((one) => `${{one.timeS}} ${{one.sensor}} ${{one.x}} ${{one.y}}`)"
+    )
+    assert len(set(plots)) == len(plots) > 50
+
+
 def exported(page: Page, name: str) -> tuple[str, bytes]:
     page.get_by_text("Export (").click()
     with page.expect_download() as download:
