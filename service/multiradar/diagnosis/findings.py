@@ -192,7 +192,13 @@ def _check_against_others(
     }
     joint = [JointFit(evidence.sensors, comparison, one) for one in grouped(comparison, compared)]
     misplaced, of_sites = check_site_errors(evidence.sensors, joint)
-    found += of_sites
+    placed = [one for one in asked if one not in misplaced]
+    found += [
+        one
+        for error in of_sites
+        for number in [names.index(error.sensor_id)]
+        for one in _instead_of_gain(comparison, error, number, against(number, placed))
+    ]
     valid = [one for one in suspects if _is_valid(evidence, names[one])]
     found = found or _of_rows(comparison, valid, trusted, names)
     trusted = [one for one in trusted if one not in misplaced]
@@ -324,6 +330,16 @@ def _check_agreeing(
 
 _HEIGHT_CODE = "site_height_off"
 _MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
+
+
+# Errors that depend on the height of the aircraft resemble a range gain.
+def _instead_of_gain(
+    comparison: Comparison, found: Diagnosis, number: int, pairs: Pairs
+) -> list[Diagnosis]:
+    if found.code != "range_gain":
+        return [found]
+    wrong = check_registration(comparison, number, comparison.agreement(number, pairs), pairs)
+    return _of_heights(found.sensor_id, comparison.site(number)[2], wrong) or [found]
 
 
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:

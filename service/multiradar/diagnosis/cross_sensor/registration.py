@@ -163,10 +163,13 @@ def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None
     along = rows.biases[:, :, :1] / PRIOR[0]
     ground_m, _ = ground_range(site[2], rows.range_m, rows.height_m)
     flat_m = 2.0 * rows.range_m - np.hypot(rows.range_m, rows.height_m)
-    effects = [along * (one - rows.range_m)[:, None, None] for one in (ground_m, flat_m)]
+    # A range gain resembles each of them, and has another diagnosis.
+    gain_m = 1.01 * rows.range_m
+    effects = [along * (one - rows.range_m)[:, None, None] for one in (ground_m, flat_m, gain_m)]
     columns = np.concatenate([rows.biases, rows.scaled, *effects], axis=2)
     equations, offsets = Equations(rows.apart_m, columns), range(rows.biases.shape[2])
     plain = equations.fit(offsets)
+    best_m = min(best_m, equations.fit([*offsets, len(offsets) + 3]).scale)
     for effect in (1, 2):
         fit = equations.fit([*offsets, len(offsets) + effect])
         if _is_confirmed(fit) and fit.scale <= min(SMALLER * plain.scale, best_m):
