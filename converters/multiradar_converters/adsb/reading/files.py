@@ -222,7 +222,7 @@ def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:
         for name, value in pairs:
             names.setdefault(name, []).append(cells.json_text(value))
     if not names:
-        msg = f"{file}: contains no JSON objects (one per record is expected)"
+        msg = f"{file}: contains no JSON objects; expected one object per record"
         raise LayoutError(msg)
     return lay_out(file, list(names), names)
 

@@ -60,8 +60,9 @@ def untimed(timed: Timed) -> list[Rejection]:
         (
             truncated,
             RejectCode.MISSING_FIELD,
-            "only a time modulo 512 s (item 141), which is ambiguous: no radar service message, "
-            "recorder time or time from another sensor is available",
+            "time of day known only modulo 512 s (item 141), and the ambiguity cannot be "
+            "resolved: no service message from the radar, no recorder time stamp, no time from "
+            "another sensor",
         ),
         (
             left & radar,

@@ -104,9 +104,9 @@ class Editions:
         tried, unfit = self.unfit[category, source]
         known = [name for one in layouts_of(category) for name in one.editions]
         return (
-            f"category {category:03d} of {source_name(source)}: {unfit} of {tried} blocks fit no "
-            f"known edition ({', '.join(known)}), so all blocks are quarantined; to decode them "
-            "anyway, select an edition"
+            f"category {category:03d} of {source_name(source)}: {unfit} of {tried} blocks match "
+            f"no known edition ({', '.join(known)}), so all blocks are quarantined; to decode "
+            "them anyway, select an edition"
         )
 
     def _layout(self, blocks: Blocks, category: int, source: Source, own: Integers) -> Layout:

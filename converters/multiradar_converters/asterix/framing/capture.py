@@ -173,7 +173,7 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
         elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
             packet = _packet(body, kind, at + 8, order, links)
             if packet is None:
-                gaps.append((at + 8, len(body), "a packet from an undescribed interface"))
+                gaps.append((at + 8, len(body), "a packet without an interface description block"))
             else:
                 packets.append(packet)
         at += length

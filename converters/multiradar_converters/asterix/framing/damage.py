@@ -36,13 +36,13 @@ def damage_of(data: NDArray[np.uint8]) -> str:
     feeds = np.flatnonzero(data == _LINE_FEED)
     if len(feeds) >= _LINES_MIN and feeds[0] > 0 and (data[feeds - 1] == _RETURN).all():
         return (
-            "a file changed by a transfer in text mode (each line feed follows a carriage "
+            "a file corrupted by a transfer in text mode (each line feed follows a carriage "
             "return); transfer the file again in binary mode"
         )
     if _is_utf_8(head):
         return (
-            "a file changed by a program that treated it as text (it is valid UTF-8); copy "
-            "the original"
+            "a file corrupted by a program that treated it as text (it is valid UTF-8); copy the "
+            "original again"
         )
     return ""
 

@@ -178,7 +178,7 @@ def test_a_plot_without_any_time_is_rejected(tmp_path: Path) -> None:
     (one,) = rejects(out := converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED))
     assert rows(out) == []
     assert one.code == "MISSING_FIELD"
-    assert "only a time modulo 512 s" in one.reason
+    assert "known only modulo 512 s" in one.reason
 
 
 def test_a_plot_without_a_time_needs_the_scan_period(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from support.asterix.old_edition import old_system_tracks
 OLD = old_system_tracks(100)
 PLOTS = [block(48, plot_048(28_800.0 + 0.05 * k)) for k in range(100)]
 WHY = (
-    "category 062 of 20-250: 100 of 100 blocks fit no known edition (1.21, 1.20, 1.19, 1.18, 1.17, "
-    "1.16, 1.12, 1.17-cs8), so all blocks are quarantined; to decode them anyway, select an "
+    "category 062 of 20-250: 100 of 100 blocks match no known edition (1.21, 1.20, 1.19, 1.18, "
+    "1.17, 1.16, 1.12, 1.17-cs8), so all blocks are quarantined; to decode them anyway, select an "
     "edition"
 )
 

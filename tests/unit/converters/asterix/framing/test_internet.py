@@ -124,7 +124,7 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
     assert math.isnan(first)
     assert others == [2.0, 2.0]
     assert [reason for *_, reason in blocks.gaps] == [
-        "a packet from an undescribed interface",
+        "a packet without an interface description block",
         "link type 147 is unknown",
     ]
 

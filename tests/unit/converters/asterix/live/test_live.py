@@ -353,7 +353,7 @@ def test_a_source_of_an_unknown_edition_is_quarantined_until_it_fits() -> None:
         batch = one.decode(sent)
         assert balanced(batch, sent)
     assert "300" not in batch.rejected[0].reason
-    assert "blocks fit no known edition (1.32" in batch.rejected[0].reason
+    assert "blocks match no known edition (1.32" in batch.rejected[0].reason
     good = [
         one.decode(datagrams((NOON_S + number, block(48, plot_048(43_200.0 + number)))))
         for number in range(300, 700)
