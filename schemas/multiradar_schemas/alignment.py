@@ -74,7 +74,7 @@ class AlignedBias(Record):
     drifts: Annotated[
         bool,
         _number(
-            "Whether the slope exceeds four sigma: `estimate` is then a mean over time",
+            "Whether the slope exceeds four times its sigma; `estimate` is then a mean over time",
             "true or false",
         ),
     ]
@@ -100,8 +100,8 @@ class AlignedRadar(Record):
     range_before_m: Annotated[
         float | None,
         _number(
-            "Median of the measured range minus the range of the positions from other sensors, "
-            "before correction",
+            "Median of the measured range minus the range computed from the positions of other "
+            "sensors, before correction",
             "m",
             "no pairs",
         ),
@@ -115,8 +115,8 @@ class AlignedRadar(Record):
     azimuth_before_deg: Annotated[
         float | None,
         _number(
-            "Median of the measured azimuth minus the azimuth of the positions from other "
-            "sensors, before correction",
+            "Median of the measured azimuth minus the azimuth computed from the positions of "
+            "other sensors, before correction",
             "degree",
             "no pairs",
         ),
@@ -156,7 +156,7 @@ class Alignment(Record):
     """Registration of radars."""
 
     inputs: Annotated[list[AlignedInput], _number("The recordings", "inputs")]
-    counts: Annotated[Counts, _number("Measurements of the selected kinds", "1")]
+    counts: Annotated[Counts, _number("Counts of the measurements of the selected kinds", "1")]
     first_s: Annotated[
         float | None, _number("Time of the first measurement", "s", "no measurements")
     ]
@@ -165,7 +165,11 @@ class Alignment(Record):
     track_fraction: Annotated[float, _number("Fraction of the tracks used", "1")]
     folds: Annotated[
         Count,
-        _number("Number of cross-validation folds over aircraft; 1: no aircraft was withheld", "1"),
+        _number(
+            "Number of cross-validation folds; each withholds some of the aircraft; 1: no "
+            "aircraft was withheld",
+            "1",
+        ),
     ]
     pair_time_s: Annotated[float, _number("Maximum time between the plots of a pair", "s")]
     residuals: Annotated[AlignedResiduals, _number("Residuals of all pairs", "residuals")]
@@ -174,7 +178,7 @@ class Alignment(Record):
     pairs: Annotated[list[AlignedPair], _number("Results for each pair of sensors", "pairs")]
     unobservable: Annotated[
         list[AlignedUnobservable],
-        _number("Biases that the recording does not determine", "unobservable"),
+        _number("Biases that are not observable from the recording", "unobservable"),
     ]
     trend: Annotated[list[AlignedInterval], _number("Biases over time", "trend")]
     warnings: Annotated[list[str], _text("Limitations of the result")]

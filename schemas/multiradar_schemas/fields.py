@@ -303,7 +303,7 @@ def _plot_lines() -> Iterator[str]:
     yield from _table(Regions)
     yield "\nEach of `neighbours`:\n"
     yield from _table(NeighbouringRegion)
-    yield "\nWhat services hand over to each other, `multiradar/v1/handovers/{region}`:\n"
+    yield "\nHandover messages between services, `multiradar/v1/handovers/{region}`:\n"
     yield from _table(Handover)
     yield "\nEach of its `tracks`:\n"
     yield from _table(HandoverTrack)

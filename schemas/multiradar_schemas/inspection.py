@@ -27,7 +27,8 @@ class InspectedFile(Record):
         Count, _number("Number of these that cannot be decoded or are implausible", "1")
     ]
     quarantined_bytes: Annotated[
-        Count | None, _number("Octets that belong to no record", "byte", "the format is text")
+        Count | None,
+        _number("Number of octets that do not belong to a record", "byte", "the format is text"),
     ] = None
 
 
@@ -45,7 +46,7 @@ class InspectedCategory(Record):
 
     category: Annotated[str, _text("Category, three digits")]
     sensor: Annotated[str, _text("`SAC-SIC`")]
-    edition: Annotated[str, _text("Latest edition that fits the records; empty if unknown")]
+    edition: Annotated[str, _text("Latest edition that matches the records; empty if unknown")]
     records: Annotated[Count, _number("Number of records", "1")]
 
 
@@ -91,9 +92,9 @@ class InspectedClock(Record):
         float | None, _number("99th percentile of the latency", _TIME_UNIT, "no reports")
     ]
     alarm: Annotated[str | None, _text("`clock` or `latency`", "the times are plausible")] = None
-    reason: Annotated[str | None, _text("The alarm as a sentence", "the times are plausible")] = (
-        None
-    )
+    reason: Annotated[
+        str | None, _text("Human-readable description of the alarm", "the times are plausible")
+    ] = None
 
 
 class InspectedQuantity(Record):
@@ -247,7 +248,9 @@ class InspectedBias(Record):
     prior_sigma: Annotated[
         float | None,
         _number(
-            "Sigma for use of the bias as a prior", "as `estimate`", "a parameter of primary plots"
+            "Sigma to use if the bias is adopted as a prior",
+            "as `estimate`",
+            "a parameter of primary plots",
         ),
     ]
 
@@ -263,7 +266,7 @@ class Inspection(Record):
         list[InspectedCategory], _number("ASTERIX records by category and sensor", "categories")
     ]
     unknown_editions: Annotated[
-        list[str], _text("Sources whose records fit no known edition, with the reason")
+        list[str], _text("Sources whose records match no known edition, with the reason")
     ]
     first_s: Annotated[float | None, _number("Time of the first report", _TIME_UNIT, "no times")]
     last_s: Annotated[float | None, _number("Time of the last report", _TIME_UNIT, "no times")]

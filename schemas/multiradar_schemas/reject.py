@@ -82,7 +82,7 @@ class Reject(Record):
     file: Annotated[str, described("Name of the input", unit="text", source="reader")]
     line: Annotated[int | None, Field(ge=1), _LINE] = None
     offset: Annotated[int | None, Field(ge=0), _OFFSET] = None
-    reason: Annotated[str, described("Reason as a sentence", unit="text", source="reader")]
+    reason: Annotated[str, described("Human-readable reason", unit="text", source="reader")]
     code: Annotated[RejectCode, described("Stable code", unit="code", source="reader")]
     raw: Annotated[str, described("Original content, unchanged", unit="text", source="input")]
 

@@ -134,8 +134,8 @@ class BiasOfPeriod(Record):
     estimate: Annotated[
         float,
         described(
-            "Estimate of a bias that is the same on all days, from the prior and the information "
-            "of all days with their joint covariance, each used once",
+            "Estimate of the bias, assumed to be the same on all days, from the prior and the "
+            "information of all days with their joint covariance, each used once",
             unit=_UNIT,
             source="reprocess",
         ),

@@ -191,7 +191,7 @@ class Forecast(Record):
     by: Annotated[str, described("Method of the forecast", unit="name", source="request")]
     points: Annotated[
         list[ForecastPoint],
-        described("Predicted positions in order of time", unit="list", source="filter"),
+        described("Predicted positions in time order", unit="list", source="filter"),
     ]
 
 

@@ -34,7 +34,7 @@ _Probability = Annotated[
     float | None,
     Field(ge=0.0, le=1.0),
     described(
-        "Probability of this manoeuvre by the modes of the filter", unit="1", source="filter",
+        "Probability of this manoeuvre, from the filter modes", unit="1", source="filter",
         absent="filter without modes",
     ),
 ]  # fmt: skip
@@ -46,7 +46,7 @@ class HandoverTrack(Record):
     track_id: Annotated[
         int,
         Field(ge=1, lt=10**18),
-        described("The track in its region", unit="1", source="tracker"),
+        described("Track number in the region", unit="1", source="tracker"),
     ]
     time_s: Annotated[float, described("Data time of the state", unit="s", source="measurement")]
     latitude_deg: _Latitude
@@ -65,8 +65,8 @@ class HandoverTrack(Record):
         tuple[float, ...],
         Field(min_length=10, max_length=10),
         described(
-            "Covariance of position and velocity, east and north (true): the upper triangle of "
-            "the matrix of 4 × 4, row by row",
+            "Covariance of position and velocity, east and north (true): upper triangle of the "
+            "4 × 4 matrix, row by row",
             unit="m², m²/s and m²/s²",
             source="filter",
         ),
@@ -79,7 +79,9 @@ class HandoverTrack(Record):
     height_sigma_m: Annotated[
         float | None,
         Field(ge=0.0),
-        described("Its standard deviation", unit="m", source="filter", absent="not known"),
+        described(
+            "Standard deviation of `height_m`", unit="m", source="filter", absent="not known"
+        ),
     ]
     mode_s_address: Annotated[
         str | None,
@@ -109,11 +111,15 @@ class HandoverTrack(Record):
     ]  # fmt: skip
     since_s: Annotated[
         float,
-        described("Data time since which it is, or was last", unit="s", source="service"),
+        described(
+            "Data time at which the region last became responsible",
+            unit="s",
+            source="service",
+        ),
     ]
     aircraft: Annotated[
         Reference,
-        described("Name of the aircraft in all regions: region and number of its first track",
+        described("Identifier of the aircraft in all regions: region and number of its first track",
                   unit="REGION/NUMBER", source="service"),
     ]  # fmt: skip
 
@@ -128,30 +134,32 @@ class Handover(Record):
     latitude_deg: Annotated[
         float,
         Field(ge=-90.0, le=90.0),
-        described("Its centre: WGS 84 latitude", unit="degree", source="settings"),
+        described("WGS 84 latitude of the centre of the region", unit="degree", source="settings"),
     ]
     longitude_deg: Annotated[
         float,
         Field(ge=-180.0, le=180.0),
-        described("Longitude", unit="degree", source="settings"),
+        described("WGS 84 longitude of the centre of the region", unit="degree", source="settings"),
     ]
     time_s: Annotated[
         float,
         Field(ge=0.0, le=1e11),
-        described("Greatest time of its track updates", unit="s", source="service"),
+        described("Time of the latest track update in the region", unit="s", source="service"),
     ]
     heard: Annotated[
         tuple[RegionName, ...],
         Field(max_length=64),
-        described("Neighbours of which it has recent messages", unit="name", source="service"),
+        described(
+            "Neighbours from which the region has recent messages", unit="name", source="service"
+        ),
     ]
     tracks: Annotated[
         tuple[HandoverTrack, ...],
         Field(max_length=TRACKS_MAX),
-        described("Tracks near the boundary, or beyond it", unit="record", source="service"),
+        described("Tracks near or beyond the boundary", unit="record", source="service"),
     ]
     biases: Annotated[
         tuple[BiasValue, ...],
         Field(max_length=BIASES_MAX),
-        described("Biases of its sensors", unit="record", source="service"),
+        described("Biases of the sensors of the region", unit="record", source="service"),
     ] = ()

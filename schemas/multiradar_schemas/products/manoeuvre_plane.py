@@ -158,7 +158,7 @@ class ManoeuvrePlane(PlaneFigures):
 
     positions: Annotated[
         list[PlanePosition],
-        described("The plots in order of time", unit="list", source="restoration"),
+        described("The plots in time order", unit="list", source="restoration"),
     ]
 
 

@@ -11,11 +11,15 @@ from multiradar_schemas.products.bias import BiasValue
 class NeighbouringRegion(Record):
     """A neighbouring region."""
 
-    name: Annotated[str, described("Its name", unit="name", source="settings")]
+    name: Annotated[str, described("Name of the region", unit="name", source="settings")]
     latitude_deg: Annotated[
-        float, described("Its centre: WGS 84 latitude", unit="degree", source="settings")
+        float,
+        described("WGS 84 latitude of the centre of the region", unit="degree", source="settings"),
     ]
-    longitude_deg: Annotated[float, described("Longitude", unit="degree", source="settings")]
+    longitude_deg: Annotated[
+        float,
+        described("WGS 84 longitude of the centre of the region", unit="degree", source="settings"),
+    ]
     state: Annotated[
         str,
         described("expected (no message so far), alive or silent", unit="name", source="service"),
@@ -23,22 +27,29 @@ class NeighbouringRegion(Record):
     age_s: Annotated[
         float | None,
         Field(ge=0.0),
-        described("Data time since its last message", unit="s", source="service",
+        described("Data time since the last message", unit="s", source="service",
                   absent="no message so far"),
     ]  # fmt: skip
-    tracks: Annotated[int, Field(ge=0), described("Tracks it handed over", unit="1",
+    tracks: Annotated[int, Field(ge=0), described(
+        "Number of tracks handed over by the region", unit="1",
                                                   source="service")]  # fmt: skip
     matched: Annotated[
         int,
         Field(ge=0),
-        described("Those that have a track here", unit="1", source="service"),
+        described(
+            "Number of these tracks that match a track of this service", unit="1", source="service"
+        ),
     ]
     messages: Annotated[
-        int, Field(ge=0), described("Messages so far", unit="1", source="service")
+        int, Field(ge=0), described("Number of messages so far", unit="1", source="service")
     ]  # fmt: skip
     biases: Annotated[
         tuple[BiasValue, ...],
-        described("Its biases of sensors that are known here", unit="record", source="service"),
+        described(
+            "Biases, as estimated by the region, of sensors that this service also has",
+            unit="record",
+            source="service",
+        ),
     ]
 
 
@@ -52,23 +63,31 @@ class Regions(Record):
     ]  # fmt: skip
     margin_m: Annotated[
         float | None,
-        described("Tracks nearer to the boundary are handed over", unit="m", source="settings",
-                  absent="no `[region]`"),
-    ]  # fmt: skip
+        described(
+            "Tracks within this distance of the boundary are handed over",
+            unit="m",
+            source="settings",
+            absent="no `[region]`",
+        ),
+    ]
     responsible: Annotated[
         int,
         Field(ge=0),
-        described("Tracks for which the service is responsible", unit="1", source="service"),
+        described(
+            "Number of tracks for which the service is responsible", unit="1", source="service"
+        ),
     ]
     duplicates: Annotated[
         int,
         Field(ge=0),
-        described("Tracks for which a neighbour is responsible", unit="1", source="service"),
+        described(
+            "Number of tracks for which a neighbour is responsible", unit="1", source="service"
+        ),
     ]
     takeovers: Annotated[
         int,
         Field(ge=0),
-        described("Takeovers from neighbours so far", unit="1", source="service"),
+        described("Number of takeovers from neighbours so far", unit="1", source="service"),
     ]
     neighbours: Annotated[
         tuple[NeighbouringRegion, ...],

@@ -145,7 +145,7 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability of acceleration or deceleration; the remaining probability is that of "
+            "Probability of acceleration or deceleration; the remainder is the probability of "
             "straight flight",
             unit="1",
             source="filter",
@@ -246,22 +246,23 @@ class Track(TrackUpdate):
     responsible: Annotated[
         bool | None,
         described(
-            "Whether this region is responsible for the aircraft: of all regions that track it, "
-            "one is", unit="true or false", source="service", absent=_NO_REGION,
+            "Whether this region is responsible for the aircraft: of all regions that track the "
+            "aircraft, only one is", unit="true or false", source="service", absent=_NO_REGION,
         ),
     ] = None  # fmt: skip
     duplicate_of: Annotated[
         str | None,
         described(
-            "The track of the neighbouring region that is responsible", unit="REGION/NUMBER",
+            "The track in the neighbouring region that is responsible", unit="REGION/NUMBER",
             source="service", absent=f"this region is responsible, or {_NO_REGION}",
         ),
     ] = None  # fmt: skip
     continues: Annotated[
         str | None,
         described(
-            "Region and number of the first track of the aircraft, by which it is the same in all "
-            "regions", unit="REGION/NUMBER", source="service",
-            absent=f"its first track is this one, or {_NO_REGION}",
+            "Region and number of the first track of the aircraft; the same in all regions",
+            unit="REGION/NUMBER",
+            source="service",
+            absent=f"this is the first track of the aircraft, or {_NO_REGION}",
         ),
     ] = None  # fmt: skip

@@ -175,7 +175,5 @@ class TrackPlots(Record):
     ]
     plots: Annotated[
         list[TrackPlot],
-        described(
-            "The plots in order of time, at most the last 1000", unit="list", source="tracker"
-        ),
+        described("The plots in time order, at most the last 1000", unit="list", source="tracker"),
     ]

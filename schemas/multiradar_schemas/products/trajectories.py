@@ -94,7 +94,7 @@ class Trajectory(Record):
     ]
     segments: Annotated[
         list[TrajectorySegment],
-        described("Segments within the window, in order of time", unit="list",
+        described("Segments within the window, in time order", unit="list",
                   source="restoration"),
     ]  # fmt: skip
 

@@ -402,7 +402,7 @@ class SensorsFile(Table):
             named = ", ".join(f"{sigma:g} for {name}" for sigma, name in given.items())
             raise wrong(
                 "expected the same transponder_delay_sigma_m for all radars that have one (the "
-                f"delay is that of the aircraft), was {named}"
+                f"delay is a property of the aircraft), was {named}"
             )
         return self
 
