@@ -102,9 +102,9 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     found += [
-        f"{file}: ends before {previous} starts, but was specified after it; specify the files in "
-        "chronological order: measurements are sorted by time, but midnights are counted in file "
-        "order"
+        f"{file}: ends before {previous} starts, but was specified after that file; specify the "
+        "files in chronological order: measurements are sorted by time, but midnights are "
+        "counted in file order"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
     path = out / SYSTEM_TRACKS_FILE

@@ -294,9 +294,10 @@ class _Show:
         accuracy = position_accuracy(self._reports(), self._updates(view.tracks_initiated))
         if accuracy is not None:
             console.print(
-                f"{accuracy.compared:,} track positions lie [bold green]{accuracy.median_m:.0f} "
-                f"m[/] (median) and [bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, which "
-                "was withheld from the tracker",
+                f"{accuracy.compared:,} track positions differ by "
+                f"[bold green]{accuracy.median_m:.0f} m[/] (median) and "
+                f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, "
+                "which was withheld from the tracker",
                 soft_wrap=True,
             )
         console.print(f"output_sha256 {status['output_sha256']}", soft_wrap=True)

@@ -171,7 +171,7 @@ def _documented(one: SolvedSite) -> InspectedSite:
         height_m=height,
         sigma_m=one.sigma_m,
         source=(
-            f"solved from {one.plots} plots of {one.aircraft} aircraft with the reference "
-            f"{one.reference}, assuming its height"
+            f"estimated from {one.plots} plots of {one.aircraft} aircraft with the reference "
+            f"{one.reference}, for an assumed antenna height"
         ),
     )

@@ -91,7 +91,7 @@ def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
 
     path = given / _TRACKS_FILE if given.is_dir() else given
     if not path.is_file():
-        raise InputError(no_such(given, f"a folder with {_TRACKS_FILE}, or this file"))
+        raise InputError(no_such(given, f"a folder with {_TRACKS_FILE}, or that file itself"))
     try:
         scan = pl.scan_parquet(path)
         found = scan.collect_schema().names()
@@ -110,7 +110,7 @@ def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
         last = table["time_s"].max()
         if isinstance(last, float) and is_dated(last):
             raise typer.BadParameter(
-                "--date applies only to tracks without a date; these have dates"
+                "--date applies only to tracks without a date; these tracks already have dates"
             )
         start = dt.datetime.combine(dt.date.fromisoformat(date), dt.time(), dt.UTC)
         table = table.with_columns(pl.col("time_s") + start.timestamp())

@@ -94,7 +94,7 @@ def _biases(found: Alignment) -> Table:
         caption=(
             "Measured minus true. Sigma is computed from the scatter between aircraft. Not "
             "observed: sigma is more than half the prior sigma. Drifts: the slope exceeds four "
-            "sigma, so the estimate is the mean over the recording."
+            "times its sigma; the estimate is then the mean over the recording."
         ),
     )
 
@@ -206,7 +206,9 @@ def _pairs(found: Alignment) -> Table:
         rows=tuple(
             (f"{one.first}, {one.second}", *_row(one.residuals)) for one in ordered[:PAIRS_MAX]
         ),
-        caption=f"{left} sensor pairs with fewer plots are listed with --json." if left > 0 else "",
+        caption=f"{left} sensor pairs with fewer plots are listed only with --json."
+        if left > 0
+        else "",
     )
 
 

@@ -60,12 +60,12 @@ def _contradicted_options(report: dict[str, Any], out: Path) -> str:
     ]
     if captured := figures.get("captured_date"):
         found.append(
-            f"--date {settings['date']}: the recording was captured on {captured}, by the times of "
-            "its packets"
+            f"--date {settings['date']}: the recording was captured on {captured}, according to "
+            "its packet times"
         )
     if not found:
         return ""
-    return f"{'; '.join(found)}; correct or omit the option; {out} was written with it"
+    return f"{'; '.join(found)}; correct or omit the option; {out} was written with this option"
 
 
 # An option for a source that is not in the recording is a misspelt one.
@@ -85,7 +85,7 @@ def _unused_options(report: dict[str, Any], out: Path) -> str:
     recorded = "; ".join(f"{one} of {', '.join(of)}" for one, of in records.items())
     return (
         f"{', '.join(unused)}: not in the recording, which contains {recorded}; correct or omit "
-        f"the option; {out} was written without it"
+        f"the option; {out} was written without this option"
     )
 
 

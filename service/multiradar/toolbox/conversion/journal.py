@@ -178,7 +178,10 @@ class _Found:
     def lacking(self) -> str:
         """Return why there are no measurements."""
         if self.outside:
-            return f"no measurements in the selected period; all {self.outside:,} are outside it"
+            return (
+                f"no measurements in the selected period; all {self.outside:,} measurements are "
+                "outside"
+            )
         if self.rejected:
             by_code = ", ".join(f"{code} {count}" for code, count in sorted(self.rejected.items()))
             return f"no accepted measurements; rejected: {by_code}"

@@ -105,8 +105,9 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
         return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
     except OutsidePlaneError as error:
         msg = (
-            f"{path}: the tracks are on a different side of the Earth from the reference "
-            f"{known.path}; is it from a different recording, or are the coordinates swapped?"
+            f"{path}: the tracks and the reference {known.path} are on different sides of the "
+            "Earth; check that both come from the same recording and that latitude and "
+            "longitude are not swapped"
         )
         raise InputError(msg) from error
 

@@ -82,9 +82,10 @@ def check_kernels(settings: "Settings", sensors: "SensorTable") -> Finding:
     folder = kernel_folder()
     if folder is None:
         return warning(
-            "kernels", "no folder for compiled kernels is writable by this user alone: they are "
-            "compiled again at each start, which takes minutes", "set XDG_CACHE_HOME to a folder "
-            "that only this user can write to",
+            "kernels",
+            "no folder for compiled kernels is writable by this user alone, so the kernels are "
+            "recompiled at each start, which takes minutes",
+            "set XDG_CACHE_HOME to a folder that only this user can write to",
         )  # fmt: skip
     tracking = settings.tracking_settings()
     needed = kernels_for(

@@ -50,7 +50,7 @@ def check_folders(journal: Path, history: Path | None = None, *others: Path | No
     for folder, use in written:
         place = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         if not place.is_dir():
-            advice = f"move this file: its place is needed for {use}"
+            advice = f"move this file; its path is needed for {use}"
             return error("folders", f"{place}: is a file, not a folder", advice)
         if not os.access(place, os.W_OK | os.X_OK):
             advice = f"run doctor as the user of the service; {use} must be writable by that user"
@@ -136,7 +136,8 @@ def _snapshots(found: "Verification", damage: Sequence[str]) -> Finding:
     if found.entries and not found.snapshots:
         return warning(
             "snapshots", "no snapshot: the next start replays the whole journal",
-            "stop the service with SIGTERM, which writes one; see docs/howto/journal.md#snapshots",
+            "stop the service with SIGTERM, which writes a snapshot; see "
+            "docs/howto/journal.md#snapshots",
         )  # fmt: skip
     return ok("snapshots", f"{found.snapshots} intact")
 
@@ -176,7 +177,7 @@ def check_clock(clock: Clock, ahead_max_s: float, growth: Growth | None, running
     now_s = clock.now_s()
     advice = "synchronise the clock (NTP or PTP)"
     if now_s < _WRITTEN_S:
-        return error("clock", "the clock of this computer is set to before 2026", advice)
+        return error("clock", "the clock of this computer is set to a date before 2026", advice)
     newest_s = None if growth is None else _data_time_s(growth.last)
     if newest_s is None:
         return ok("clock", "plausible; no measurements for comparison")

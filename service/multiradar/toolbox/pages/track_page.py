@@ -293,7 +293,7 @@ def _live(confirmed: pl.DataFrame) -> Plot:
         y_label="confirmed tracks",
         series=(Series("", edges, (initiated - ended).astype(np.float64), "line", key="tracks"),),
         x_scale="time",
-        caption="Each track counts from its first to its last update.",
+        caption="Each track is counted from its first to its last update.",
         name="live-tracks",
     )
 

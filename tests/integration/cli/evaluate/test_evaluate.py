@@ -342,7 +342,7 @@ def test_a_reference_of_another_area_or_time_is_reported(
     assert run([*line, str(tmp_path / "area.parquet")]) == 1
     assert "no track comes within 2000 m (--gate)" in capsys.readouterr().err
     assert run([*line, str(tmp_path / "other side.parquet")]) == 1
-    assert "on a different side of the Earth" in capsys.readouterr().err
+    assert "on different sides of the Earth" in capsys.readouterr().err
     late = [*line, str(tmp_path / "time.parquet"), "--gate", "500000"]
     assert run(late) == 0
     assert "outside the time span of the plots) and are not compared" in capsys.readouterr().err

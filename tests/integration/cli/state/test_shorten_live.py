@@ -82,7 +82,7 @@ def test_what_forbids_shortening_is_one_sentence(tmp_path: Path) -> None:
             '[retention]\njournal_days = 1\narchive = "none"\n[trajectories]\naircraft_max = 3\n',
             "trajectories requires the complete output",
         ),
-        ("[retention]\narchive_days = 3\n", "archive_days should be at least recording_days"),
+        ("[retention]\narchive_days = 3\n", "archive_days: expected at least recording_days"),
         ('[retention]\njournal_days = 1\narchive = "none"\n', "expected 2 snapshots"),
         (
             '[retention]\njournal_days = 1\narchive = "none"\n[tracking]\nepoch_s = 2.0\n',

@@ -28,7 +28,7 @@ def test_a_key_is_shown_and_its_client_added(
     ("arguments", "status", "reason"),
     [
         (["a b", "--role", "feed"], 1, "name"),
-        (["a", "--role", "display", "--sensors", "1-1"], 1, "sensors only if the role is feed"),
+        (["a", "--role", "display", "--sensors", "1-1"], 1, "sensors apply to the role feed only"),
         (["a", "--role", "feed", "--sensors", "../x"], 1, "sensors"),
         (["a", "--role", "admin"], 2, "admin"),
         (["a"], 2, "role"),

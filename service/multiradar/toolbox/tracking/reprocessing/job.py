@@ -81,9 +81,12 @@ def _tracked(day: Day, job: Mapping[str, Any], caught: list[warnings.WarningMess
     if not day.has(first_s, last_s, any_zone=False):
         when = f"not from {day.date}, but from {time_text(first_s)} to {time_text(last_s)}"
         if day.has(first_s, last_s, any_zone=True):
-            sentences.append(f"{day.path}: its measurements are {when}; is the date a local one?")
+            sentences.append(
+                f"{day.path}: its measurements are {when}; is the folder named after the local "
+                "date?"
+            )
         else:
-            again = "rename the folder, or convert the recording again with the right date"
+            again = "rename the folder, or convert the recording again with the correct date"
             findings = (*findings, f"{day.path}: its measurements are {when}; {again}")
     record = DayRecord(
         **job["record"], input_sha256=digest, output_sha256=run.report["output_sha256"],

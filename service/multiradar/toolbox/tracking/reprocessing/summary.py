@@ -71,7 +71,8 @@ def _merged(merged: pl.DataFrame) -> Table:
         ),
         rows=tuple(rows),
         caption="χ²: scatter of the daily estimates about a constant; p: probability of a larger "
-        "χ² if the bias is the same on all days; p (drift): if it does not drift.",
+        "χ² if the bias is the same on all days; p (drift): probability of a steeper slope if the "
+        "bias does not drift.",
     )  # fmt: skip
 
 
@@ -90,7 +91,7 @@ def _steps(flagged: pl.DataFrame, tested: int) -> Table:
             "sensor", "parameter", "from", "to", "difference", "sigma", "χ²", "p",
         ),
         rows=rows,
-        caption=f"{len(flagged)} of {tested} differences; expected without a change: 1 in 16,000.",
+        caption=f"{len(flagged)} of {tested} differences; expected by chance: 1 in 16,000.",
     )  # fmt: skip
 
 

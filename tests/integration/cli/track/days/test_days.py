@@ -187,10 +187,10 @@ def test_a_region_without_a_complete_day_has_no_biases(archive: Archive, tmp_pat
     folder, sensors = archive
     for region in ("north", "south"):
         shutil.copytree(folder / DATES[0], tmp_path / "days" / region / DATES[0])
-    jobs = FakeJobs({f"north/{DATES[0]}": "its process was ended by SIGKILL"})
+    jobs = FakeJobs({f"north/{DATES[0]}": "its process was terminated by SIGKILL"})
     with pytest.raises(FindingsError) as raised:
         reprocess(tmp_path / "days", sensors, out=tmp_path / "out", runner=jobs)
-    assert raised.value.findings == (f"north/{DATES[0]}: its process was ended by SIGKILL",)
+    assert raised.value.findings == (f"north/{DATES[0]}: its process was terminated by SIGKILL",)
     merged = pl.read_parquet(tmp_path / "out" / "biases_merged.parquet")
     assert merged["region"].unique().to_list() == ["south"]
     report = json.loads((tmp_path / "out" / "report.json").read_text())

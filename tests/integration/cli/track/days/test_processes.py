@@ -66,7 +66,7 @@ def test_a_killed_day_is_named_and_the_others_go_on(days: Archive, tmp_path: Pat
         reprocess(*days, out=out, jobs=2, runner=hanging(DATES[1], found))
     killing.join()
     assert raised.value.findings == (
-        f"{DATES[1]}: its process was ended by SIGKILL (out of memory?)",
+        f"{DATES[1]}: its process was terminated by SIGKILL (out of memory?)",
     )
     assert not (out / DATES[1]).exists()
     jobs = FakeJobs()

@@ -150,7 +150,7 @@ def test_a_day_under_another_date_is_reported(
         found = reprocess(tmp_path / "days", archive[1], out=tmp_path / "out", runner=FakeJobs())
         said = found.report["figures"]["days"][0]["warnings"][-1]
     assert words in said
-    assert said.endswith("; is the date a local one?") == (not wrong)
+    assert said.endswith("; is the folder named after the local date?") == (not wrong)
 
 
 def test_times_of_day_cannot_be_compared(days: Path, archive: Archive, tmp_path: Path) -> None:
