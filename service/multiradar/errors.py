@@ -114,7 +114,7 @@ class MissingColumnError(InputError):
         columns = "column" if len(self.missing) == 1 else "columns"
         super().__init__(
             f"{source}: missing {columns} {', '.join(self.missing)}{self._meant()}; "
-            f"found{f' those of {content}' if content else ''}: {', '.join(self.found) or 'none'}"
+            f"found{f' columns of {content}' if content else ''}: {', '.join(self.found) or 'none'}"
         )
 
     def _meant(self) -> str:
@@ -343,8 +343,8 @@ class LiveStreamError(MultiradarError):
         self.sensors = sensors
         named = ", ".join(sensors[:5]) + (", …" if len(sensors) > 5 else "")
         super().__init__(
-            f"{named} deliver in real time; ending the stream would make measurements in transit "
-            "late; use force to end it anyway"
+            f"{named} deliver real-time data; ending the stream would make measurements in "
+            "transit late; use force to end the stream anyway"
         )
 
 

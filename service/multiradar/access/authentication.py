@@ -59,8 +59,8 @@ class Authentication:
         self.required = settings.has_credentials
         if settings.client_authority is not None and not self.required:
             raise ConfigurationError(
-                "access.client_authority: no clients are configured; list the names in their "
-                "certificates in keys.toml or in access.clients"
+                "access.client_authority: no clients are configured; add the names in their "
+                "certificates to keys.toml or access.clients"
             )
 
     def caller(self, bearer: str | None, certificate_name: str | None) -> Caller:

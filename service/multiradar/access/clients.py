@@ -123,7 +123,7 @@ class Clients:
         try:
             require_each_once(both)
         except PydanticCustomError as error:
-            msg = f"{file}, combined with the clients of the settings: {error.message()}"
+            msg = f"{file}, combined with the clients in the settings: {error.message()}"
             raise ConfigurationError(msg) from error
         return both
 

@@ -70,8 +70,8 @@ def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:
     host = settings.server.host
     if not is_loopback(host) and not authenticated:
         yield (
-            f"server.host: {host} can be reached from other hosts, but no client has a key; "
-            f"create one with `multiradar key`"
+            f"server.host: {host} is reachable from other hosts, but no client has a key; create "
+            "one with `multiradar key`"
         )
     for one in settings.asterix.listen:
         # Datagrams of a group come from the network of its interface.

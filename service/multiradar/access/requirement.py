@@ -70,7 +70,7 @@ async def authorised(
         code = "ROLE_NOT_ALLOWED"
         events.warn("rejected", address, code=code, client=caller.name, method=method, path=path)
         raise RequestError(
-            403, code, f"this requires the role {role}, which {caller.name} does not have"
+            403, code, f"this request requires the role {role}, which {caller.name} does not have"
         )
     if role == Role.OPERATE and not authentication.required and not _is_local(connection):
         # Without credentials anybody of that network may ask; this changes what all others get.

@@ -71,7 +71,8 @@ class Shares:
                 429,
                 self._code,
                 f"this client has {self._held[client]} {self._name}, expected at most "
-                f"{self._each}; finish some of them first, or use a separate key for each client",
+                f"{self._each}; wait until some have finished, or use a separate key for each "
+                "client",
                 self._retry_after,
             )
         if self.total + count > self._whole:

@@ -77,5 +77,7 @@ def _read_keys(file: Path) -> dict[str | None, Any]:
         raise ConfigurationError(f"{file}: expected a JSON Web Key Set: {error}") from error
     private = [one for one in document["keys"] if "d" in one or one.get("kty") == "oct"]
     if private:
-        raise ConfigurationError(f"{file}: contains a private or secret key; keep only public keys")
+        raise ConfigurationError(
+            f"{file}: contains a private or secret key; remove all keys except public ones"
+        )
     return {one.key_id: one for one in found.keys}

@@ -66,7 +66,7 @@ class TlsFiles:
                 context.verify_mode = ssl.CERT_OPTIONAL
         except (OSError, ssl.SSLError) as error:
             named = f"{self.certificate}, {self.private_key}, {self.client_authority}"
-            msg = f"TLS with {named.removesuffix(', None')}: cannot be used: {error}"
+            msg = f"TLS: cannot use {named.removesuffix(', None')}: {error}"
             raise ConfigurationError(msg) from error
         return context
 

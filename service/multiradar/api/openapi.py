@@ -13,14 +13,14 @@ _FOREIGN_SCHEMAS = ("HTTPValidationError", "ValidationError")
 _CERTIFICATE = "certificate"
 _REJECTIONS = {
     "401": "The service requires valid credentials",
-    "403": "The client's role does not allow this request, or a page from another origin sent the "
-    "request",
+    "403": "The client's role does not allow this request, or the request comes from a page of a "
+    "different origin",
 }
 
 #: Error answers of all routes.
 _ERROR_ANSWERS = {
     "400": "The length of the body is ambiguous",
-    "421": "The Host header contains another host",
+    "421": "The Host header is not one of the allowed hosts",
     "422": "A parameter is unknown, repeated or out of bounds",
     "429": "Too many requests, streams or expensive queries from this client",
     "431": "The path and headers are too long",
@@ -31,7 +31,7 @@ _ERROR_ANSWERS = {
 _BODY_ANSWERS = {
     "403": "The request comes from a page of a different origin",
     "408": "The body did not arrive in time",
-    "413": "The body is too long",
+    "413": "The body is too large",
 }
 
 

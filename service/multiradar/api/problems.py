@@ -56,7 +56,7 @@ class ParameterProblem(BaseModel):
     """An invalid parameter."""
 
     parameter: str = Field(description="Name of the parameter")
-    reason: str = Field(description="Expected value, in words")
+    reason: str = Field(description="Description of the expected value")
 
 
 class Problem(BaseModel):
@@ -65,10 +65,11 @@ class Problem(BaseModel):
     type: str = Field(
         description="URN of the code", examples=["urn:multiradar:problem:track-not-found"]
     )
-    title: str = Field(description="The code in words", examples=["Track not found"])
+    title: str = Field(description="Human-readable name of the code", examples=["Track not found"])
     status: int = Field(description="HTTP status", examples=[404])
     detail: str = Field(
-        description="The error as a sentence", examples=["no live track has the number 7"]
+        description="Human-readable description of the error",
+        examples=["no live track has the number 7"],
     )
     instance: str = Field(
         description="URN of the request; the log contains the same identifier",

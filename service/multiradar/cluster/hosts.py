@@ -103,7 +103,7 @@ class LocalLink:
     def receive(self, deadline_s: float) -> Answer:
         """Step the batch that was sent."""
         if self._shard is None or self._sent is None:
-            raise PeerError(f"{self._name}: expected a running shard, has ended")
+            raise PeerError(f"{self._name}: the shard has stopped")
         (batch, model), self._sent = self._sent, None
         return self._shard.step(batch, model)
 

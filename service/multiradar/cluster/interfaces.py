@@ -52,23 +52,24 @@ def require_named(named: Collection[str], interfaces: Mapping[str, Collection[st
     own = {address for found in interfaces.values() for address in found}
     if not named:
         raise ConfigurationError(
-            "cluster.listen: missing; Ray may listen on every interface of this host, so name its "
-            "addresses (--cluster-listen), or start it in a network namespace of its own: see "
-            "docs/howto/cluster.md"
+            "cluster.listen: missing; Ray may listen on every interface of this host, so list "
+            "the addresses of all interfaces (--cluster-listen), or start the service in its own "
+            "network namespace: see docs/howto/cluster.md"
         )
     for address in named:
         if address not in own:
             raise ConfigurationError(
-                f"cluster.listen: expected an address of this host, was {address}; it has "
-                f"{', '.join(sorted(own))}"
+                f"cluster.listen: expected an address of this host, was {address}; addresses of "
+                f"this host: {', '.join(sorted(own))}"
             )
     for name, found in sorted(interfaces.items()):
         loopback = all(ip_address(one).is_loopback for one in found)
         if not loopback and not set(found) & set(named):
             raise ConfigurationError(
-                f"cluster.listen: Ray may listen on every interface of this host, and none of the "
-                f"addresses of {name} ({', '.join(sorted(found))}) is named; name it only if its "
-                f"network is private, or start in a network namespace: see docs/howto/cluster.md"
+                "cluster.listen: Ray may listen on every interface of this host, but no address "
+                f"of interface {name} ({', '.join(sorted(found))}) is listed; list one only if "
+                "that network is private, or start the service in a network namespace: see "
+                "docs/howto/cluster.md"
             )
 
 

@@ -146,8 +146,8 @@ class JobProcesses:
 
 def _lost(status: int, errors: IO[str]) -> str:
     if status < 0:
-        ended = f"its process was ended by {signal.Signals(-status).name}"
+        ended = f"its process was terminated by {signal.Signals(-status).name}"
         return f"{ended} (out of memory?)" if -status == signal.SIGKILL else ended
     errors.seek(0)
     last = next((line.strip() for line in reversed(errors.readlines()) if line.strip()), "")
-    return f"its process ended with status {status}" + (f": {last}" if last else "")
+    return f"its process exited with status {status}" + (f": {last}" if last else "")

@@ -180,8 +180,8 @@ def _only_front(owner: str) -> Any:
         return ray.remote(Front).options(name=FRONT_NAME, num_cpus=0).remote(owner)
     except ValueError as error:
         raise ConfigurationError(
-            f"cluster: expected no other front of this cluster, found one at {_other_front()}; "
-            f"stop it or use another cluster"
+            f"cluster: another front of this cluster is running at {_other_front()}; stop that "
+            "front or use another cluster"
         ) from error
 
 

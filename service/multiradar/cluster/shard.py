@@ -141,8 +141,8 @@ class Shard:
         own = build()
         if own != spec.build:
             raise ConfigurationError(
-                f"cluster: expected {spec.build} on every node, one has {own}; install the same "
-                "build on all"
+                f"cluster: expected {spec.build} on every node, found {own} on one node; install "
+                "the same build on all nodes"
             )
         self._filter, self._packing = find_filter(spec.filter_name), spec.packing
         self._aircraft = spec.packing.empty(0)

@@ -223,8 +223,8 @@ class ShardedSteps:
             assert place.link is not None
             if not place.link.is_ready(START_S):
                 raise PeerError(
-                    f"cluster: expected {len(self._places)} shards within {START_S:.0f} s, number "
-                    f"{place.number} has not started; check that enough CPUs are free"
+                    f"cluster: expected {len(self._places)} shards within {START_S:.0f} s, but "
+                    f"shard {place.number} has not started; check that enough CPUs are free"
                 )
             self._take_over(place)
 
@@ -260,7 +260,7 @@ class ShardedSteps:
                 self.counts.restored += 1
                 if place.lost_s is not None:
                     self.counts.recovery_s = now_s - place.lost_s
-                _log.info("shard %d is restored after %s s", place.number, self.counts.recovery_s)
+                _log.info("shard %d restored after %s s", place.number, self.counts.recovery_s)
 
     def _is_ready(self, place: _Place) -> bool:
         if place.link is None:
@@ -273,7 +273,7 @@ class ShardedSteps:
         place.lost_s = self._clock.monotonic_s()
         place.is_ready = False
         self._give(place.partitions, FRONT)
-        _log.warning("shard %d is lost, the front takes over its aircraft: %s", place.number, error)
+        _log.warning("shard %d lost; the front takes over its aircraft: %s", place.number, error)
         if place.link is not None:
             place.link.stop()
         place.link, place.retry_s = None, place.lost_s

@@ -53,14 +53,14 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
     asymmetry = float(np.abs(correlations - np.swapaxes(correlations, -1, -2)).max(initial=0.0))
     if asymmetry > ASYMMETRY_MAX:
         raise CovarianceError(
-            f"{name}: expected a symmetric matrix, found correlations that are asymmetric by "
+            f"{name}: expected a symmetric matrix, but its correlation matrix is asymmetric by "
             f"{asymmetry:.3g}"
         )
     eigenvalue = float(np.linalg.eigvalsh(correlations).min(initial=np.inf))
     if eigenvalue < EIGENVALUE_MIN:
         raise CovarianceError(
-            f"{name}: expected a positive definite matrix, found an eigenvalue of "
-            f"{eigenvalue:.3g} in its correlations"
+            f"{name}: expected a positive definite matrix, but its correlation matrix has an "
+            f"eigenvalue of {eigenvalue:.3g}"
         )
     return values
 

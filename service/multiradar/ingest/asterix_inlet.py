@@ -191,8 +191,8 @@ class AsterixInlet:
             octets = sum(len(one.octets) for one in rest)
             reason = (
                 f"{_datagram_name(part[rest[0].datagram], labels)} to "
-                f"{_datagram_name(part[rest[-1].datagram], labels)}: {len(rest)} more rejects of "
-                f"{octets} octets, not retained ({summary})"
+                f"{_datagram_name(part[rest[-1].datagram], labels)}: {len(rest)} more rejects, "
+                f"{octets} octets in total, not retained ({summary})"
             )
             rows.append(RejectedRow(first + len(kept), codes.most_common(1)[0][0], reason))
         return rows

@@ -51,7 +51,9 @@ _JOURNAL_LATE = (
 )
 
 
-_FORCE_TEXT = "End the stream even if sensors deliver in real time, making their next plots late"
+_FORCE_TEXT = (
+    "End the stream even while sensors deliver real-time data; their next plots will then be late"
+)
 _TIME_TEXT = "New data time, s, as in `time_s` of the measurements"
 
 
@@ -60,14 +62,14 @@ class RefusedRow(BaseModel):
 
     index: int = Field(description="Index of the row in the message, from 0", examples=[2])
     code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
-    reason: str = Field(description="Reason as a sentence")
+    reason: str = Field(description="Human-readable reason")
 
 
 class Acknowledgement(BaseModel):
     """Result of a message, sent when the whole message is on disk."""
 
     accepted: int = Field(description="Number of rows accepted into the journal")
-    rejected: list[RefusedRow] = Field(description="Rejected rows, in order of ascending index")
+    rejected: list[RefusedRow] = Field(description="Rejected rows, in ascending order of index")
     duplicate: bool = Field(
         description=(
             "A message with this Idempotency-Key was ingested earlier; this message was not "
@@ -277,7 +279,7 @@ _FLUSH_TEXT = """\
 Mark the end of a stream: buffered measurements are processed immediately, the epoch is closed, and
 from then on measurements older than the newest measurement are late. The request is recorded in the
 journal. The response is sent when the results of all earlier measurements can be read. While
-sensors deliver in real time, the request is rejected unless forced, because measurements still in
+sensors deliver real-time data, the request is rejected unless forced, because measurements still in
 transit would then be late.
 """
 
@@ -336,7 +338,7 @@ _REQUEST_BODY: dict[str, Any] = {
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "The body cannot be parsed, or the Idempotency-Key is not valid"},
-    413: {"description": "The body is too long and was not read completely"},
+    413: {"description": "The body is too large and was not read completely"},
     415: {"description": "Unsupported media type, or a compressed body; see `Accept-Post`"},
     422: {
         "description": "No row is a valid measurement (see `rejected`), or the Idempotency-Key "
@@ -362,5 +364,5 @@ _DRAIN_ANSWERS: dict[int | str, dict[str, Any]] = {
 
 _FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {
     **_CLOCK_ANSWERS,
-    409: {"description": "Sensors deliver in real time; use `force` to end the stream anyway"},
+    409: {"description": "Sensors deliver real-time data; use `force` to end the stream anyway"},
 }

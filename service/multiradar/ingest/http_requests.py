@@ -28,7 +28,7 @@ KEY_PARAMETER: dict[str, Any] = {
     "name": "Idempotency-Key",
     "in": "header",
     "required": False,
-    "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
+    "description": f"Identifier assigned to the message by the sender: {IDEMPOTENCY_KEY_FORM}. A "
     "message that is resent with the same key is not ingested again; the response then contains "
     "`duplicate: true`",
     "schema": {

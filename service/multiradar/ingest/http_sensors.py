@@ -36,7 +36,7 @@ SensorId = Annotated[
     ),
 ]  # fmt: skip
 Choice = Literal["true", "false"]
-_DRY_RUN_TEXT = "`true`: return what would change without changing anything"
+_DRY_RUN_TEXT = "`true`: dry run; return the changes without applying them"
 _RESET_TEXT = (
     "`true`: restart the biases of the sensor from their priors, for example after work on its "
     "antenna; this always happens if the site changes"
@@ -64,8 +64,8 @@ class SensorChanged(BaseModel):
         description="Bias parameters of the sensor that restart from their priors", examples=[[]]
     )
     health_reset: bool = Field(
-        description="Whether the health of the sensor (noise, site error, probability of "
-        "detection) is estimated again from the start"
+        description="Whether the health estimates of the sensor (noise, site error, probability of "
+        "detection) restart"
     )
     journal_sequence: int | None = Field(
         description="Journal entry that contains the change; null if there is none"
@@ -207,7 +207,7 @@ _REQUEST_BODY: dict[str, Any] = {
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "The body is not a JSON object, or the Idempotency-Key is not valid"},
-    413: {"description": "The body is too long"},
+    413: {"description": "The body is too large"},
     415: {"description": "Unsupported media type"},
     422: {
         "description": "Invalid sensor configuration or parameter, a change that requires a new "

@@ -44,7 +44,7 @@ _ALARMS = {
     "host_clock": "1 if the clocks of all sensors disagree with the system clock",
     "disk_filling": "1 if the journal disk is at least 80 % full (disk_filling_share)",
     "disk_nearly_full": "1 if the journal disk is at least 90 % full (disk_nearly_full_share)",
-    "history_stopped": "1 if the history is not being written to disk",
+    "history_stopped": "1 if the history is no longer being written to disk",
     "history_incomplete": "1 if history rows have been lost since the service started",
     "region_silent": "1 if a neighbouring region sends no messages",
 }
@@ -153,7 +153,7 @@ def _sources(sources: Mapping[str, Mapping[str, int | bool]]) -> Iterator[Metric
             rows.add_metric([source, result], counts[name])
     yield rows
     yield _gauge(
-        "source_quarantined", "1 for a source most of whose rows are rejected", "source",
+        "source_quarantined", "1 for each source whose rows are mostly rejected", "source",
         {source: float(counts["quarantined"]) for source, counts in sources.items()},
     )  # fmt: skip
 

@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, StringConstraints, model_validator
-from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Section
+from multiradar_schemas.documents.tables import wrong
 from multiradar_schemas.measurements.measurement import SensorName
 
 #: Clients in a list.
@@ -72,9 +72,7 @@ class ClientSettings(Section):
     @model_validator(mode="after")
     def _sensors_are_of_a_feed(self) -> Self:
         if self.sensors and self.role is not Role.FEED:
-            raise PydanticCustomError(
-                "sensors", "Input should list sensors only if the role is feed"
-            )
+            raise wrong("sensors apply to the role feed only; remove them or change the role")
         return self
 
 
@@ -147,12 +145,11 @@ class AccessSettings(Section):
     def _files_belong_together(self) -> Self:
         require_each_once(self.clients)
         if (self.certificate is None) != (self.private_key is None):
-            raise PydanticCustomError(
-                "pair", "Input should contain both certificate and private_key, or neither"
-            )
+            raise wrong("expected both certificate and private_key or neither, found only one")
         if self.client_authority is not None and self.certificate is None:
-            raise PydanticCustomError(
-                "pair", "Input should contain client_authority only together with a certificate"
+            raise wrong(
+                "client_authority requires the service's own certificate; set certificate and "
+                "private_key"
             )
         return self
 
@@ -169,7 +166,4 @@ def require_each_once(clients: tuple[ClientSettings, ...]) -> None:
     for what, values in (("name", [one.name for one in clients]), ("key_sha256", keys)):
         for value, count in Counter(values).items():
             if count > 1:
-                raise PydanticCustomError(
-                    "unique", "Input should contain each {what} once, found {value} {count} times",
-                    {"what": what, "count": count, "value": value},
-                )  # fmt: skip
+                raise wrong(f"expected each {what} once, found {value} {count} times")

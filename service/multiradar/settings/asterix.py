@@ -18,7 +18,6 @@
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar.settings.feeds import FeedAddress, StreamUrl, feed_address
@@ -33,6 +32,7 @@ from multiradar.settings.types import (
     Section,
     SocketOctets,
 )
+from multiradar_schemas.documents.tables import wrong
 
 #: Each listener has a thread of its own.
 LISTENERS_MAX = 64
@@ -151,8 +151,5 @@ class AsterixSettings(Section):
         for kind, labels in (("listener", self.input_labels), ("output", outputs)):
             for label in labels:
                 if labels.count(label) > 1:
-                    raise PydanticCustomError(
-                        "unique", "Input should contain each {kind} name once, found {name} twice",
-                        {"kind": kind, "name": label},
-                    )  # fmt: skip
+                    raise wrong(f"expected each {kind} name once, found {label} twice")
         return self

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Count, Ipv4, Label, Port, Section, SocketOctets, plain_number
+from multiradar_schemas.documents.tables import wrong
 
 _HALF_SECONDS = Field(ge=0.5, le=3600.0, multiple_of=0.5)
 Octet = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=255)]
@@ -94,9 +94,11 @@ class AsterixOutputSettings(Section):
     @model_validator(mode="after")
     def _has_one_destination(self) -> Self:
         if (self.port is None) == (self.file is None):
-            raise PydanticCustomError(
-                "one_way", "Input should be a table with either a port or a file", {}
+            raise wrong(
+                "expected either port or file, found "
+                + ("neither" if self.port is None else "both")
             )
         if self.area_deg is not None and self.area_deg[1] > self.area_deg[3]:
-            raise PydanticCustomError("area", "Input should be an area with south below north", {})
+            south, north = self.area_deg[1], self.area_deg[3]
+            raise wrong(f"area_deg: expected south below north, was {south:g} and {north:g}")
         return self

@@ -20,6 +20,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Count, Label, Seconds, Section
+from multiradar_schemas.documents.tables import wrong
 from multiradar_schemas.measurements.measurement import SensorName
 
 #: Each source has a thread of its own.
@@ -169,8 +170,5 @@ class FeedsSettings(Section):
         labels = [one.label for one in self.source]
         for label in labels:
             if labels.count(label) > 1:
-                raise PydanticCustomError(
-                    "unique", "Input should contain each source name once, found {name} twice",
-                    {"name": label},
-                )  # fmt: skip
+                raise wrong(f"expected each source name once, found {label} twice")
         return self

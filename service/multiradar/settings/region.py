@@ -20,9 +20,9 @@ from collections.abc import Sequence
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Endpoint, NotNegative, Seconds, Section, plain_number
+from multiradar_schemas.documents.tables import wrong
 from multiradar_schemas.products.handover import RegionName
 
 #: Neighbours of a region.
@@ -42,31 +42,38 @@ class NeighbourSettings(Section):
     longitude_deg: _Longitude
     endpoint: Annotated[
         Endpoint | None,
-        Field(description="Where its service listens; absent: it connects to this one"),
+        Field(
+            description="Address on which its service listens; absent: it connects to this service"
+        ),
     ] = None
 
 
 class RegionSettings(Section):
     """The area of this service: where its centre is nearer than those of its neighbours."""
 
-    name: Annotated[RegionName | None, Field(description="Its name; absent: no neighbours")] = None
-    latitude_deg: Annotated[_Latitude | None, Field(description="Its centre")] = None
-    longitude_deg: Annotated[_Longitude | None, Field(description="Its centre")] = None
+    name: Annotated[
+        RegionName | None, Field(description="Name of the region; absent: no neighbouring regions")
+    ] = None
+    latitude_deg: Annotated[_Latitude | None, Field(description="Latitude of the centre")] = None
+    longitude_deg: Annotated[_Longitude | None, Field(description="Longitude of the centre")] = None
     margin_m: Annotated[
         NotNegative,
-        Field(description="Tracks nearer to the boundary are handed over, and all beyond it"),
+        Field(
+            description="Tracks within this distance of the boundary or beyond are handed over, m"
+        ),
     ] = 50_000.0
     hysteresis_m: Annotated[
         NotNegative,
-        Field(description="Distance behind the boundary at which the neighbour takes over"),
+        Field(description="Distance beyond the boundary at which the neighbour takes over, m"),
     ] = 2_000.0
-    period_s: Annotated[Seconds, Field(description="Time between two messages, s")] = 1.0
+    period_s: Annotated[Seconds, Field(description="Interval between handover messages, s")] = 1.0
     silence_s: Annotated[
         Seconds,
-        Field(description="Data time without a message after which a neighbour counts no more, s"),
+        Field(description="Data time without messages after which a neighbour is silent, s"),
     ] = 3.0
     discard_after_s: Annotated[
-        Seconds, Field(description="Data time after which the tracks of such a neighbour go, s")
+        Seconds,
+        Field(description="Data time without a message after which its tracks are discarded, s"),
     ] = 60.0
     listen: tuple[Endpoint, ...] = ()
     neighbours: Annotated[tuple[NeighbourSettings, ...], Field(max_length=NEIGHBOURS_MAX)] = ()
@@ -75,16 +82,19 @@ class RegionSettings(Section):
     def _is_a_partition(self) -> Self:
         if self.name is None:
             if self.model_fields_set:
-                raise _wrong("name", "Input should have the name of this region")
+                raise wrong("name: missing; specify the name of the region")
             return self
         if self.latitude_deg is None or self.longitude_deg is None:
-            raise _wrong("centre", "Input should have latitude_deg and longitude_deg, its centre")
+            raise wrong("latitude_deg, longitude_deg: missing; specify the centre of the region")
         if not self.neighbours:
-            raise _wrong("neighbours", "Input should have at least one of [[region.neighbours]]")
+            raise wrong("neighbours: missing; add at least one table [[region.neighbours]]")
         if self.silence_s < 2.0 * self.period_s:
-            raise _wrong("silence", "Input should have silence_s of at least two periods")
+            raise wrong(f"silence_s: expected at least twice period_s, was {self.silence_s:g}")
         if self.discard_after_s < self.silence_s:
-            raise _wrong("discard", "Input should have discard_after_s of at least silence_s")
+            raise wrong(
+                f"discard_after_s: expected at least silence_s ({self.silence_s:g}), was "
+                f"{self.discard_after_s:g}"
+            )
         self._check_names(self.name)
         own = (self.name, self.latitude_deg, self.longitude_deg)
         every = [own, *((one.name, one.latitude_deg, one.longitude_deg) for one in self.neighbours)]
@@ -95,8 +105,7 @@ class RegionSettings(Section):
         known = {name.lower()}
         for one in self.neighbours:
             if one.name.lower() in known:
-                reason = f"Input should have a name for each region, was twice {one.name}"
-                raise _wrong("name", reason)
+                raise wrong(f"expected each region name once, found {one.name} twice")
             known.add(one.name.lower())
 
 
@@ -106,10 +115,9 @@ def _check_centres(every: Sequence[tuple[str, float, float]]) -> None:
             here = _direction(latitude_deg, longitude_deg)
             there = _direction(other_latitude_deg, other_longitude_deg)
             if math.dist(here, there) < math.radians(CENTRES_APART_DEG):
-                raise _wrong(
-                    "centres",
-                    f"Input should have centres apart by {CENTRES_APART_DEG} degrees, or an area "
-                    f"has no size: those of {other} and {name} are the same",
+                raise wrong(
+                    f"expected centres at least {CENTRES_APART_DEG} degrees apart, found those of "
+                    f"{other} and {name} closer together"
                 )
 
 
@@ -117,7 +125,3 @@ def _direction(latitude_deg: float, longitude_deg: float) -> tuple[float, float,
     latitude, longitude = math.radians(latitude_deg), math.radians(longitude_deg)
     level = math.cos(latitude)
     return level * math.cos(longitude), level * math.sin(longitude), math.sin(latitude)
-
-
-def _wrong(what: str, text: str) -> PydanticCustomError:
-    return PydanticCustomError("region", "{text}", {"what": what, "text": text})

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import NotNegative, Section, plain_number
+from multiradar_schemas.documents.tables import wrong
 
 Octets = Annotated[int, BeforeValidator(plain_number), Field(ge=0)]
 
@@ -48,10 +48,8 @@ class RetentionSettings(Section):
     @model_validator(mode="after")
     def _check_recording(self) -> Self:
         if 0.0 < self.archive_days < self.recording_days:
-            raise PydanticCustomError(
-                "recording",
-                "archive_days should be at least recording_days ({least}), the retention "
-                "period for legal recording",
-                {"least": self.recording_days},
+            raise wrong(
+                f"archive_days: expected at least recording_days ({self.recording_days:g}), the "
+                f"legal retention period for recordings, was {self.archive_days:g}"
             )
         return self

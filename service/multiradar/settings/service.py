@@ -98,7 +98,7 @@ class JournalSettings(Section):
     path: Path = Path("multiradar-data/journal.sqlite")
     snapshot_interval_s: Annotated[
         NotNegative,
-        Field(description="Interval between snapshots of the state, s; 0: no snapshots by time"),
+        Field(description="Interval between snapshots of the state, s; 0: no periodic snapshots"),
     ] = 300.0
     snapshot_rows: Annotated[
         Count, Field(description="Number of measurements between snapshots of the state")

@@ -325,7 +325,9 @@ def restore_archive(
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)
         if written.digest(archived.last).hex() != archived.digest:
-            raise JournalError(f"{journal}: the last entry does not match the end of {folder}")
+            raise JournalError(
+                f"{journal}: the last entry does not match the last entry of {folder}"
+            )
     finally:
         written.close()
     return archived

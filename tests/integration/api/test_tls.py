@@ -107,7 +107,7 @@ def test_old_protocols_and_plain_http_get_no_answer(
 def test_files_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     (tmp_path / "service.pem").write_text("no certificate")
     files = TlsFiles(tmp_path / "service.pem", tmp_path / "service.key")
-    with pytest.raises(ConfigurationError, match=r"TLS with .*service\.pem.*cannot be used"):
+    with pytest.raises(ConfigurationError, match=r"TLS: cannot use .*service\.pem"):
         HttpServer(
             lambda _: guarded_api(FakeService()), "127.0.0.1", 0, HttpLimits(), lambda: None,
             tls=files,

@@ -102,7 +102,7 @@ def test_a_node_leaves(played: Found, expected: str) -> None:
 
 def test_a_second_front_is_rejected(played: Found) -> None:
     found = played["second_front"]
-    assert found["rejected"].startswith("cluster: expected no other front of this cluster, found")
+    assert found["rejected"].startswith("cluster: another front of this cluster is running at")
     assert f"127.0.0.1, process {found['process']}" in found["rejected"]
 
 

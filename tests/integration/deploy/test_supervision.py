@@ -86,7 +86,9 @@ def test_a_process_whose_journal_is_removed_ends(tmp_path: Path) -> None:
     process.stdout.close()
     again = run_command("serve", *options)
     assert again.returncode == 1
-    assert "journal.sqlite: missing or empty, although its other files are not" in again.stderr
+    assert (
+        "journal.sqlite: missing or empty, although the other journal files exist" in again.stderr
+    )
 
 
 def test_a_process_that_is_stuck_reports_nothing(tmp_path: Path) -> None:

@@ -56,5 +56,5 @@ def test_every_error_for_users_is_in_the_tree() -> None:
 def test_of_many_sensors_in_real_time_five_are_named() -> None:
     names = [f"41-{number}" for number in range(6)]
     five = "41-0, 41-1, 41-2, 41-3, 41-4"
-    assert str(LiveStreamError(names[:5])).startswith(f"{five} deliver in real time")
-    assert str(LiveStreamError(names)).startswith(f"{five}, … deliver in real time")
+    assert str(LiveStreamError(names[:5])).startswith(f"{five} deliver real-time data")
+    assert str(LiveStreamError(names)).startswith(f"{five}, … deliver real-time data")

@@ -227,8 +227,8 @@ def test_system_tracks_are_sent_only_if_configured_and_then_to_loopback(file: Pa
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("sac = 1", "output[0]: expected a table with either a port or a file"),
-        ("port = 1\nfile = 'x'", "output[0]: expected a table with either a port or a file"),
+        ("sac = 1", "output[0]: expected either port or file, found neither"),
+        ("port = 1\nfile = 'x'", "output[0]: expected either port or file, found both"),
         ("port = 0", "output[0].port: expected a number of at least 1, was 0"),
         (
             "port = 1\nsend_buffer_octets = 2147483648",
@@ -238,7 +238,7 @@ def test_system_tracks_are_sent_only_if_configured_and_then_to_loopback(file: Pa
         ("port = 1\nperiod_s = 0.7", "output[0].period_s: expected a multiple of 0.5"),
         (
             "port = 1\narea_deg = [0, 50, 5, 40]",
-            "output[0]: expected an area with south below north",
+            "output[0]: area_deg: expected south below north, was 50 and 40",
         ),
         ("port = 1\narea_deg = [0, 50, 5]", "output[0].area_deg"),
         ("port = 1\nplane_centre_deg = [90, 5]", "output[0].plane_centre_deg"),
@@ -317,14 +317,17 @@ _EAST = "[[region.neighbours]]\nname = 'east'\nlatitude_deg = 49.0\nlongitude_de
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[region]\nmargin_m = 1.0\n", "the name of this region"),
-        ("[region]\nname = 'west'\n", "its centre"),
-        (_REGION, "at least one of [[region.neighbours]]"),
-        (_REGION + _EAST.replace("east", "west"), "a name for each region, was twice west"),
-        (_REGION + _EAST + _EAST, "a name for each region, was twice east"),
-        (_REGION + _EAST.replace("14.0", "8.0"), "those of west and east are the same"),
+        ("[region]\nmargin_m = 1.0\n", "name: missing; specify the name of the region"),
+        ("[region]\nname = 'west'\n", "specify the centre of the region"),
+        (_REGION, "at least one table [[region.neighbours]]"),
+        (_REGION + _EAST.replace("east", "west"), "each region name once, found west twice"),
+        (_REGION + _EAST + _EAST, "each region name once, found east twice"),
+        (_REGION + _EAST.replace("14.0", "8.0"), "found those of west and east closer together"),
         (_REGION + "margin_m = -1.0\n" + _EAST, "margin_m: expected a number of at least 0"),
-        (_REGION + "silence_s = 1.5\n" + _EAST, "silence_s of at least two periods"),
+        (
+            _REGION + "silence_s = 1.5\n" + _EAST,
+            "silence_s: expected at least twice period_s, was 1.5",
+        ),
     ],
 )
 def test_a_region_without_an_area_is_reported(file: Path, text: str, sentence: str) -> None:

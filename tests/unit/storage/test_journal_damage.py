@@ -229,7 +229,9 @@ def test_copies_that_are_incomplete_say_what_is_missing(killed: Path, tmp_path: 
         _open(without)
     gone = _copy(killed, tmp_path / "gone")
     (gone / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, although its other files are not"):
+    with pytest.raises(
+        JournalError, match="missing or empty, although the other journal files exist"
+    ):
         _open(gone)
 
 
@@ -311,7 +313,9 @@ def test_a_second_service_does_not_replace_a_removed_journal(tmp_path: Path) -> 
     first = _open(tmp_path)
     first.append([entry(1)])
     (tmp_path / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, although its other files are not"):
+    with pytest.raises(
+        JournalError, match="missing or empty, although the other journal files exist"
+    ):
         _open(tmp_path)
     first.close()
 

@@ -100,7 +100,7 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
         ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows starting at number 1"]),
         ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: the checks"]),
         ("DELETE FROM head", ["expected one journal head,"]),
-        ("DELETE FROM header", ["expected one journal header"]),
+        ("DELETE FROM header", ["expected one header row in the journal"]),
     ],
 )
 def test_damaged_entries_are_named(path: Path, statement: str, named: list[str]) -> None:

@@ -21,7 +21,7 @@ class Aircraft(_Strict):
     ]
     type: Annotated[
         Literal["adsb_icao", "adsb_other", "mlat", "tisb_icao", "tisb_trackfile"],
-        Field(description="Best source of the track updates; `tisb_…` stands for radars"),
+        Field(description="Best source of the track updates; `tisb_…` denotes radar"),
     ]
     flight: Annotated[str | None, Field(pattern=r"^[0-9A-Z ]{8}$", description="Callsign")] = None
     alt_baro: Annotated[
@@ -44,9 +44,9 @@ class Aircraft(_Strict):
     ]
     seen_pos: Annotated[float, Field(ge=0.0, description="Age of the position, s")]
     mlat: Annotated[
-        list[str], Field(description="Names of the values estimated from multilateration")
+        list[str], Field(description="Names of the fields derived from multilateration")
     ]
-    tisb: Annotated[list[str], Field(description="Names of the values estimated from radars")]
+    tisb: Annotated[list[str], Field(description="Names of the fields derived from radar plots")]
     messages: Annotated[int, Field(ge=1, description="Number of updates of the track")]
     seen: Annotated[float, Field(ge=0.0, description="Time since the last update of the track, s")]
 

@@ -62,7 +62,7 @@ class SensorDiagnosis(BaseModel):
 
     sensor_id: str = Field(description="The sensor, or a source that is not configured")
     code: str = Field(description="Stable code of the cause", examples=["range_unit"])
-    sentence: str = Field(description="Cause and remedy, as a sentence")
+    sentence: str = Field(description="Human-readable cause and remedy")
     severity: str = Field(
         default="error", description="`error`, or `warning` if the tracks are still usable"
     )
@@ -82,8 +82,8 @@ class SensorState(BaseModel):
     )
     clock_lead_s: float | None = Field(
         default=None,
-        description="Lead of the times of the sensor over the data time, s (negative: behind), if "
-        "its last measurements were rejected for this reason; null if its clock is correct",
+        description="Time stamps of the sensor minus data time, s, if its last measurements were "
+        "rejected because of this difference; null if its clock is correct",
     )
     diagnoses: list[SensorDiagnosis] = Field(
         default=[],
@@ -107,7 +107,7 @@ class RejectedMeasurement(BaseModel):
     source: str = Field(description="Input from which the row was received")
     index: int = Field(description="Index of the row in the message, from 0")
     code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
-    reason: str = Field(description="The reason as a sentence")
+    reason: str = Field(description="Human-readable reason")
     raw: str = Field(description="Original content; empty if it was not retained")
 
 
@@ -150,8 +150,8 @@ class Status(BaseModel):
     history: dict[str, Any] | None = Field(
         default=None,
         description="History on disk: `rows` written and `lost` since the start, by table, size in "
-        "`octets`, earliest time `oldest_s`, and the reason if writing has `stopped`; empty "
-        "if it has not",
+        "`octets`, earliest time `oldest_s`, and `stopped`, the reason why writing has "
+        "stopped (empty while the history is written)",
     )
     pages: dict[str, int] = Field(
         description="Number of open air picture pages by client: name of the credentials, or "

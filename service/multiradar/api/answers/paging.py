@@ -95,5 +95,5 @@ def _decode(cursor: str, form: struct.Struct, mark: bytes) -> tuple[float | int,
 
 def _wrong() -> RequestError:
     return parameter_error(
-        {"cursor": "expected `next_cursor` of the previous page"}, "CURSOR_INVALID"
+        {"cursor": "expected the `next_cursor` of the previous page"}, "CURSOR_INVALID"
     )

@@ -79,7 +79,7 @@ async def list_rejects(
     limit: Limit = 1000,
     code: Annotated[
         RejectCode | None,
-        Query(description="Return only the last retained rows with this code"),
+        Query(description="Return only the retained rows with this code"),
     ] = None,
 ) -> Response:
     """Return rejected measurements, oldest first: source, location, code, reason and content."""

@@ -69,7 +69,7 @@ async def front(request: Request) -> Response:
 async def page_file(request: Request, name: str) -> Response:
     """Return a file of the page."""
     if name not in FILES:
-        raise RequestError(404, "NOT_FOUND", f"the page has no file {name[:64]!a}")
+        raise RequestError(404, "NOT_FOUND", f"the page does not include a file {name[:64]!a}")
     return _answer(request, name)
 
 
@@ -98,7 +98,7 @@ async def picture(
         Query(
             ge=0,
             le=INTEGER_MOST,
-            description="`next` of the last frame: return only later plots",
+            description="Return only plots later than the previous frame, whose `next` is given",
             examples=[0],
         ),
         AsInteger,

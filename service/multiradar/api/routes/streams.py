@@ -150,7 +150,8 @@ async def _send_batches(
             except TimeoutError:
                 HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
                 await socket.close(
-                    CLOSE_SLOW_CLIENT, f"client too slow; resume before {batch.last}"
+                    CLOSE_SLOW_CLIENT,
+                    f"client too slow; resume with `after` less than {batch.last}",
                 )
                 return
             except WebSocketDisconnect:

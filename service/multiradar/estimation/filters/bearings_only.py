@@ -343,7 +343,7 @@ def _require_crossing(sights: Sequence[Sight], empty: BearingsState) -> None:
         return
     sources = np.array([sight.source_m for sight in sights])
     if not np.ptp(sources, axis=0).any():
-        raise BearingsError("NOT_OBSERVABLE", "all lines of sight start at one position")
+        raise BearingsError("NOT_OBSERVABLE", "all lines of sight start at the same position")
     crossing = empty.crossing
     for sight in sights:
         crossing = crossing + _crossing(sight, None)

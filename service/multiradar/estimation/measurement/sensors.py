@@ -361,8 +361,8 @@ def _require_delay(table: SensorTable, row: int) -> None:
     _require_within(what, sigma, bounds.TRANSPONDER_DELAY_SIGMA_M, PriorError)
     if sigma != table.delay_sigma_m:
         raise PriorError(
-            f"{what}: expected {table.delay_sigma_m:g}, as for the other radars (the delay "
-            f"belongs to the aircraft), was {sigma:g}"
+            f"{what}: expected {table.delay_sigma_m:g}, as for the other radars (the delay is a "
+            f"property of the aircraft), was {sigma:g}"
         )
 
 

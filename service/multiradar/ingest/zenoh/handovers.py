@@ -172,11 +172,11 @@ class RegionExchange:
     def _require(self, region: str, payload: bytes) -> None:
         found = read_handover(payload, self._board.areas)
         if found.region != region:
-            raise InputError(f"expected a message of {region}, was of {found.region}")
+            raise InputError(f"expected a message from region {region}, was from {found.region}")
         data_time_s = self._known.data_time_s
         if data_time_s is not None and abs(found.time_s - data_time_s) > TIME_APART_MAX_S:
             raise InputError(
-                f"expected a time within {TIME_APART_MAX_S:g} s of the data here "
+                f"expected a time within {TIME_APART_MAX_S:g} s of the data time of this service "
                 f"({data_time_s:.0f} s), was {found.time_s:.0f} s"
             )
 

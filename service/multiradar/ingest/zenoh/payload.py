@@ -104,7 +104,7 @@ def _known_type(media_type: str, payload: bytes) -> str:
         return _guessed_type(payload)
     known = _MEDIA_TYPES.get(named)
     if known is None:
-        reason = f"expected the encoding {JSON}, {NDJSON} or {ARROW}, was {ascii(named)[:80]}"
+        reason = f"expected encoding {JSON}, {NDJSON} or {ARROW}, was {ascii(named)[:80]}"
         raise PayloadError(RejectCode.ENCODING, reason)
     return known
 

@@ -101,9 +101,9 @@ class ArrivalBoard:
                 continue
             sentences.append(
                 f"{name}: {late} of {received} measurements ({late / received:.1%}) arrived "
-                f"later than the reorder horizon of {self._horizon_s:g} s and were rejected; delay "
-                f"behind the data time: median {record['delay_s_median']:g} s, 99th percentile "
-                f"{record['delay_s_p99']:g} s (reorder_horizon_s)"
+                f"later than the reorder horizon of {self._horizon_s:g} s (reorder_horizon_s) "
+                "and were rejected; delay behind the data time: median "
+                f"{record['delay_s_median']:g} s, 99th percentile {record['delay_s_p99']:g} s"
             )
         return sentences
 

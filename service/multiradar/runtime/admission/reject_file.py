@@ -169,7 +169,7 @@ def _late(admission: Admission, met_s: float) -> str:
 def _future(admission: Admission, sensor: int, met_s: float, time_s: float) -> str:
     if time_s > met_s + admission.forward_jump_max_s:
         return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"
-    after = f"at most {admission.tolerance_of(sensor):g} s after"
+    most = f"at most {admission.tolerance_of(sensor):g} s"
     if np.isnan(met_s):
-        return f"{after} the times of the other clocks"
-    return f"{after} the data time {met_s} s, which other sensors agree on"
+        return f"{most} ahead of the clocks of the other sensors"
+    return f"{most} after the data time {met_s} s, on which other sensors agree"

@@ -60,7 +60,7 @@ class Cycles:
             for period_s in (channel.options.period_s, channel.options.status_period_s):
                 if not period_s > 0.0 or period_s % RELEASE_STEP_S:
                     raise ConfigurationError(
-                        f"period of ASTERIX output: expected a multiple of {RELEASE_STEP_S:g} s, "
+                        f"ASTERIX output period: expected a multiple of {RELEASE_STEP_S:g} s, "
                         f"was {period_s:g}"
                     )
         self._channels = channels

@@ -64,8 +64,8 @@ def require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
     apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
     if apart_s > horizon_s:
         raise ConfigurationError(
-            f"reorder_horizon_s: expected at least {apart_s:g} s, the range of the known "
-            f"sensor time offsets, was {horizon_s:g}"
+            f"reorder_horizon_s: expected at least {apart_s:g} s, the spread of the known sensor "
+            f"time offsets, was {horizon_s:g}"
         )
     for sensor, tolerance_s in zip(sensors.ids, sensors.clock_tolerance_s.tolist(), strict=True):
         if tolerance_s > horizon_s:

@@ -27,8 +27,8 @@ CODES = (
 )  # fmt: skip
 #: Why a standby accepts no measurements.
 IS_STANDBY = (
-    "this service is the standby: the service follows the journal of the primary, and takes over "
-    "when the primary stops; send measurements to the primary"
+    "this service is the standby: it follows the journal of the primary and takes over when the "
+    "primary stops; send measurements to the primary"
 )
 
 #: Rows and failed writes count for so long, s.

@@ -234,8 +234,8 @@ class LiveView:
             warnings = [
                 *warnings,
                 *(
-                    f"no message of the neighbouring region {one}: this service "
-                    "is responsible for its aircraft, too"
+                    f"no messages from the neighbouring region {one}: this service is now also "
+                    "responsible for its aircraft"
                     for one in silent
                 ),
             ]

@@ -202,7 +202,7 @@ class HistoryWriter:
     # Returns whether there are more rows already.
     def _write(self) -> bool:
         folder = self._folder
-        assert folder is not None, "the history thread was started without a folder"
+        assert folder is not None, "the writer thread requires a history folder"
         least = _FREE_FACTOR * self._rules.limits.disk_free_bytes_min
         if folder.free_octets() < least:
             self._remove(folder)

@@ -153,7 +153,7 @@ class OutputEvents:
         ]  # fmt: skip
         of_regions = None if self._region is None else self._region_marks.last(counts[3])
         if of_regions is not None and len(of_regions) < counts[3]:
-            raise StateError(f"expected {counts[3]} marks of regions, found fewer")
+            raise StateError(f"expected {counts[3]} region marks, found fewer")
         first_update = len(tables[3]) - counts[3]
         if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
             raise StateError(f"expected {counts} event rows, by kind, found fewer")

@@ -160,8 +160,8 @@ class TrajectoryFeed:
         if is_queued:
             most = self._options.aircraft_max
             reason = (
-                f"track {track_id} is queued: the maximum of {most} tracks with trajectories is "
-                f"reached"
+                f"track {track_id} is queued: the maximum of {most} tracks with trajectories has "
+                "been reached"
             )
             raise TrajectoryError("NO_ROOM", reason)
         if not has:

@@ -17,7 +17,7 @@ _DIGITS = 12
 
 _HEAD = """\
 # Sensors of a simulated scenario: sites, noise, scan periods and prior biases.
-# The true biases are not here: they are in truth_biases.parquet.
+# The true biases are in truth_biases.parquet, not in this file.
 
 """
 

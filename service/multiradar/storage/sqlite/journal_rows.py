@@ -294,7 +294,7 @@ def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
     """
     rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
     if len(rows) != 1:
-        raise JournalError(f"{path}: expected one journal header, found {len(rows)}")
+        raise JournalError(f"{path}: expected one header row in the journal, found {len(rows)}")
     version, fingerprint = rows[0]
     if version not in (EARLIER_VERSION, FORMAT_VERSION, SHORTENED_VERSION):
         raise ConfigurationError(

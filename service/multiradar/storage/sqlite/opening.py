@@ -72,7 +72,7 @@ class Verification:
         tip = Tip.read(self._tip_path)
         empty = not file_size(self._path)
         if empty and (file_size(self._log_path) or (tip and tip.sequence)):
-            raise self._incomplete("missing or empty, although its other files are not")
+            raise self._incomplete("missing or empty, although the other journal files exist")
         if empty:
             return None
         damage = None if tip and tip.accepts_any else log_damage(self._log_path)

@@ -22,7 +22,7 @@ def test_a_covariance_of_metres_and_radians_is_accepted() -> None:
         (np.ones(4), r"track: expected a square matrix, found shape \(4,\)"),
         (np.array([[1.0, np.nan], [np.nan, 1.0]]), "expected finite numbers"),
         (np.array([[1.0, 0.0], [0.0, -2.0]]), "expected variances above 0, found -2.0"),
-        (np.array([[1.0, 0.3], [0.2, 1.0]]), "correlations that are asymmetric by 0.1"),
+        (np.array([[1.0, 0.3], [0.2, 1.0]]), "correlation matrix is asymmetric by 0.1"),
         (np.array([[4.0, 4.0], [4.0, 4.0]]), "eigenvalue"),
         (np.array([[1.0, 2.0], [2.0, 1.0]]), "eigenvalue of -1"),
     ],

@@ -52,7 +52,7 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
     [
         ('[[client]]\nname = "a b"\nrole = "feed"', "line 2"),
         ('[[client]]\nname = "a"\nrole = "admin"', "expected .*feed"),
-        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "only if the role is feed"),
+        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "to the role feed only"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
         ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, found a 2 times"),

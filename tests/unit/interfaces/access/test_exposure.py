@@ -44,7 +44,7 @@ def test_the_defaults_need_no_credentials() -> None:
 
 
 OPEN = [
-    ({"server": {"host": "0.0.0.0"}}, "server.host: 0.0.0.0 can be reached from other hosts"),
+    ({"server": {"host": "0.0.0.0"}}, "server.host: 0.0.0.0 is reachable from other hosts"),
     ({"server": {"host": "::"}}, "server.host"),
     (
         {"asterix": {"listen": [{"address": "0.0.0.0", "port": 8600}]}},

@@ -130,7 +130,10 @@ def test_a_token_ends(tmp_path: Path, found: Authentication) -> None:
         (None, "expected a JSON Web Key Set"),
         ("[]", "expected a JSON Web Key Set"),
         ('{"keys": []}', "expected a JSON Web Key Set"),
-        ('{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}', "keep only public keys"),
+        (
+            '{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}',
+            "remove all keys except public ones",
+        ),
     ],
 )
 def test_unusable_keys_of_an_issuer_are_named(

@@ -170,7 +170,7 @@ async def test_one_client_does_not_use_up_the_requests_of_others(service: FakeSe
         rejected = await one.get("/v1/tracks/1")
         assert (rejected.status_code, rejected.json()["code"]) == (429, "TOO_MANY_REQUESTS")
         assert rejected.headers["retry-after"] == "1"
-        assert "expected at most 2; finish some" in rejected.json()["detail"]
+        assert "expected at most 2; wait until some" in rejected.json()["detail"]
         assert (await other.get("/v1/tracks/1")).status_code == 200
         service.view.gate.set()
         assert [(await two).status_code for two in waiting] == [200, 200]

@@ -58,7 +58,7 @@ def test_every_interface_must_be_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "multiradar.cluster.ray_host", _host_module())
     others = {"lo": {"127.0.0.1"}, "eth0": {"192.0.2.7"}}
     monkeypatch.setattr("multiradar.cluster.ray_steps.addresses_of_host", lambda: others)
-    with pytest.raises(ConfigurationError, match=r"addresses of eth0 \(192\.0\.2\.7\) is named"):
+    with pytest.raises(ConfigurationError, match=r"interface eth0 \(192\.0\.2\.7\) is listed"):
         steps_of(ray_settings("127.0.0.1"), 2)
     steps = steps_of(ray_settings("192.0.2.7"), 2)
     assert steps is not None

@@ -133,7 +133,7 @@ def test_the_number_of_shards_is_that_of_partitions_at_most(engines: Engines, sh
 
 def test_shards_that_do_not_start_are_an_error_and_leave_nothing(engines: Engines) -> None:
     host = FaultyHost(slow_first=1)
-    with pytest.raises(PeerError, match=r"expected 2 shards within 300 s, number 0 has not"):
+    with pytest.raises(PeerError, match=r"expected 2 shards within 300 s, but shard 0 has not"):
         engines.on_shards(host, 2)
     assert host.closed
 

@@ -267,9 +267,9 @@ def test_sensors_that_the_service_does_not_know_are_counted_by_name(tmp_path: Pa
 
 
 def test_a_stream_that_goes_on_is_no_failure(tmp_path: Path) -> None:
-    destination = MemoryDestination(failures=[StreamGoesOnError("41-10 deliver in real time")])
+    destination = MemoryDestination(failures=[StreamGoesOnError("41-10 deliver real-time data")])
     replay = _replay(_recording(tmp_path, []), destination, ReplayPlan())
     said: list[str] = []
     replay.on_wait = said.append
     replay.run()
-    assert said == ["41-10 deliver in real time"]
+    assert said == ["41-10 deliver real-time data"]

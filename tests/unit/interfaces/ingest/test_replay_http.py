@@ -56,7 +56,7 @@ def test_a_batch_is_posted_under_its_key_and_its_answer_counted() -> None:
 
 
 def test_a_feed_that_may_not_end_the_stream_has_sent_everything() -> None:
-    document = {"code": "ROLE_NOT_ALLOWED", "detail": "this requires the role operate"}
+    document = {"code": "ROLE_NOT_ALLOWED", "detail": "this request requires the role operate"}
     destination = _service(httpx.Response(403, json=document))
     with pytest.raises(StreamGoesOnError, match=r"requires the role operate; use --no-flush"):
         destination.flush("run-end")

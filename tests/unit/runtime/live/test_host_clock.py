@@ -75,7 +75,9 @@ def test_all_sensors_against_the_clock_of_the_machine(ahead_s: float, words: str
     with Live(ahead_s) as live:
         found = live.host_warnings
         assert bool(found) == bool(words)
-        assert all(re.match(f"all 3 real-time sensors are {words}", one) for one in found)
+        assert all(
+            re.match(f"the clocks of all 3 real-time sensors are {words}", one) for one in found
+        )
 
 
 @pytest.mark.parametrize("wrong_s", [60.0, 600.0])

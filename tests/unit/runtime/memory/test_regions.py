@@ -139,7 +139,7 @@ def handover(**changes: Any) -> bytes:
     ("payload", "reason"),
     [
         (b"{", "not a handover message"),
-        (handover(region="north"), "expected a message of east, was of 'north'"),
+        (handover(region="north"), "expected a message from east, was from 'north'"),
         (handover(covariance=[-1.0] * 10), "track 7: expected a positive definite covariance"),
         (handover(since_s=float("nan")), "not a handover message"),
         (handover(more=1), "not a handover message: more"),

@@ -97,7 +97,8 @@ def test_a_device_is_not_said_to_be_missing() -> None:
 
 def test_missing_columns_name_the_table_that_was_found() -> None:
     columns = {"track_id": pl.Int64(), "position_sigma_m": pl.Float64()}
-    with pytest.raises(MissingColumnError, match="found those of the output of `track`: track_id"):
+    words = "found columns of the output of `track`: track_id"
+    with pytest.raises(MissingColumnError, match=words):
         check_columns("a", pl.Schema(columns))
     # One column of several: it is the wanted table.
     assert other_table(["track_id", "position_sigma_m"], ["latitude_deg"]) is None

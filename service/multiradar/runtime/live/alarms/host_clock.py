@@ -74,13 +74,14 @@ class HostClock:
         if lead_s is not None:
             side = "ahead of" if lead_s > 0.0 else "behind"
             found.append(
-                f"all {len(self._leads_s())} real-time sensors are {abs(lead_s):.0f} s {side} "
-                "the system clock: check the system clock, and the time source of the sensors"
+                f"the clocks of all {len(self._leads_s())} real-time sensors are "
+                f"{abs(lead_s):.0f} s {side} the system clock: check the system clock and the "
+                "time source of the sensors"
             )
         if abs(self.set_by_s) > SET_BY_S:
             found.append(
                 f"the system clock has been stepped by {self.set_by_s:+.1f} s since the service "
-                "started, and the data time does not follow: check the time synchronisation"
+                "started, but the data time has not followed: check the time synchronisation"
             )
         return found
 

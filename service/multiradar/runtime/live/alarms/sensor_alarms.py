@@ -57,7 +57,7 @@ class SensorAlarms:
         clocks = [
             f"{sensor_id}: time stamps are {abs(lead_s):g} s "
             f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and the measurements are "
-            "rejected; check the sensor clock, or the delay of the data"
+            "rejected; check the sensor clock and the data delay"
             for sensor_id, lead_s in self.clock_leads().items()
         ]
         disabled = [

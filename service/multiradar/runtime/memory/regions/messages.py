@@ -56,7 +56,7 @@ def read_handover(payload: bytes, areas: Areas) -> Handover:
         If it is too long, not valid, of an unknown region, or of one with another centre.
     """
     if len(payload) > OCTETS_MAX:
-        raise InputError(f"expected at most {OCTETS_MAX} octets, was {len(payload)}")
+        raise InputError(f"expected at most {OCTETS_MAX} octets, found {len(payload)}")
     try:
         found = Handover.model_validate_json(payload)
     except ValidationError as error:
@@ -66,18 +66,18 @@ def read_handover(payload: bytes, areas: Areas) -> Handover:
     centre = areas.neighbours.get(found.region)
     if centre is None:
         names = ", ".join(areas.neighbours)
-        raise InputError(f"expected a message of {names}, was of {found.region!r}")
+        raise InputError(f"expected a message from {names}, was from {found.region!r}")
     apart = abs(found.latitude_deg - centre.latitude_deg)
     apart += abs((found.longitude_deg - centre.longitude_deg + 180.0) % 360.0 - 180.0)
     if apart > _CENTRE_DEG:
         raise InputError(
-            f"{found.region} has its centre at {found.latitude_deg}, {found.longitude_deg}; the "
-            f"settings here have {centre.latitude_deg}, {centre.longitude_deg}: the areas would "
-            "overlap"
+            f"{found.region} has its centre at {found.latitude_deg}, {found.longitude_deg}, but "
+            f"at {centre.latitude_deg}, {centre.longitude_deg} in the settings of this service: "
+            "the areas would overlap"
         )
     ids = [one.track_id for one in found.tracks]
     if len(set(ids)) != len(ids):
-        raise InputError("expected each track once")
+        raise InputError("expected each track number once")
     wrong = ~np.all(np.linalg.eigvalsh(_covariances(found)) > 0.0, axis=-1)
     if wrong.any():
         number = ids[int(np.argmax(wrong))]

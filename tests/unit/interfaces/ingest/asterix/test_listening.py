@@ -306,8 +306,8 @@ def test_many_rejections_of_a_batch_share_a_row() -> None:
     rows = [row for _, row in service.rejected]
     assert len(rows) == 6
     assert rows[-1].reason == (
-        "north, datagram 6 to north, datagram 50: 45 more rejects of 180 octets, not retained "
-        "(MALFORMED_BLOCK 23, UNKNOWN_KIND 22)"
+        "north, datagram 6 to north, datagram 50: 45 more rejects, 180 octets in total, not "
+        "retained (MALFORMED_BLOCK 23, UNKNOWN_KIND 22)"
     )
     codes = gateway.counts.document()["listeners"]["north"]["refused_by_code"]
     assert codes == {"MALFORMED_BLOCK": 25, "UNKNOWN_KIND": 25}
