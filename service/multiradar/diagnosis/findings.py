@@ -396,6 +396,11 @@ def _check_losses(
         else None,
         loss_checks.check_repeated(evidence, name),
         loss_checks.check_noise(evidence, name, causes=causes),
+        loss_checks.check_scatter(
+            evidence, name, comparison.plots(number), aircraft_of(comparison.plots(number))
+        )
+        if radar and not causes
+        else None,
         check_scan_period(
             name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
         )

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 import polars as pl
@@ -10,11 +10,13 @@ import polars as pl
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import counted
+from multiradar.diagnosis.plots import Integers, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
-from multiradar_schemas.measurements.units import NAUTICAL_MILE_M
+from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.sensors.sensor import SensorKind
 
 _MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
@@ -25,6 +27,9 @@ VALUE_CODES = (
     RejectCode.NON_FINITE, RejectCode.MISSING_FIELD, RejectCode.NOT_A_NUMBER, RejectCode.WRONG_TYPE,
 )  # fmt: skip
 VALUES_MAX = 0.01
+#: ... and fraction of values outside their limits, as of garbled replies, without the plots beyond
+#: range_max_m, whose reason has these words.
+OUTSIDE_MAX, _BEYOND = 0.1, "instrumented range"
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
@@ -40,6 +45,13 @@ NOISE_WARNING = 1.75
 #: A sigma that is too small raises the measured noise of the other sensors: smaller ratios than
 #: this fraction of the largest are its effect.
 _NOISE_OF_OTHERS = 0.5
+#: A sigma is too small from this ratio of the scatter of plots about the path of their aircraft to
+#: it on: then the motion of the tracks explains all of the noise, which cannot be measured. The
+#: scatter is that of plots between two others: largest ratio of the two times, longest, s, and
+#: least number.
+SCATTER_FACTOR, _APART_FACTOR, _APART_MAX_S, _SCATTER_MIN = 8.0, 1.5, 15.0, 200
+#: Standard deviation over median absolute deviation, normal distribution.
+_NORMAL_SPREAD = 1.4826
 #: The settings of noise.
 SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
 #: What to check for an unexplained loss, by reject code or outcome.
@@ -98,6 +110,8 @@ def losses_of(evidence: Evidence, name: str) -> Losses:
             lost[Outcome(number).name] += count
     duplicate = evidence.duplicates[name]
     known = int(outcomes.sum()) + sum(evidence.sources[name].rejected.values()) + duplicate
+    # As configured.
+    known -= lost.pop(RejectCode.SENSOR_DISABLED.value, 0)
     return Losses(known, lost, duplicate)
 
 
@@ -117,11 +131,16 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
         if sensors.kinds[number] != KIND_POSITION or not other:
             return None
         why = f"but the sensors file declares {declared}"
+    declared = "direction-finder" if kind == "bearing" else kind
+    remedy = f'declare it as kind = "{declared}"'
+    if declared not in get_args(SensorKind):
+        remedy = "write radar, adsb, mlat or bearing in the column kind of its measurements"
+    elif declared in ("adsb", "mlat") and evidence.sources[name].plots()["range_m"].count():
+        remedy = "its measurements have ranges: correct their column kind"
     return Diagnosis(
         name,
         "kind",
-        f"{name}: kind is probably wrong: its measurements are of kind {kind}, {why}; "
-        f'declare it as kind = "{"direction-finder" if kind == "bearing" else kind}"',
+        f"{name}: kind is probably wrong: its measurements are of kind {kind}, {why}; {remedy}",
     )
 
 
@@ -141,6 +160,15 @@ def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis 
         if end_m < 1000.0 and far <= _RANGE_MAX_FACTOR * end_m * metres
     ]
     guess = f" (in {units[0]}?)" if units else ""
+    if not units and far * FOOT_M <= _RANGE_MAX_FACTOR * end_m:
+        return Diagnosis(
+            name,
+            "range_unit",
+            f"{name}: its ranges are probably in feet, or range_max_m is wrong: it is {end_m:g} in "
+            f"the sensors file, but {np.mean(beyond):.0%} of the plots are farther away, up to "
+            f"{far:.0f} m ({far * FOOT_M:.0f} m if the ranges are in feet); convert the ranges to "
+            "metres, or correct range_max_m",
+        )
     return Diagnosis(
         name,
         "range_max",
@@ -192,6 +220,58 @@ def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
     # The scatter includes the noise of the others; the measured noise may show the other sigma.
     by_noise = _by_noise(evidence, name, causes=True)
     return _of_sigmas(name, [one for one in map(_either, found, by_noise) if one])
+
+
+def check_scatter(
+    evidence: Evidence, name: str, plots: Plots, aircraft: Integers
+) -> Diagnosis | None:
+    """Diagnose sigmas far below the scatter of plots about the path of their aircraft.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    aircraft : (n,) int64
+        Aircraft of each; −1 where unknown.
+    """
+    order = np.lexsort((plots.time_s, aircraft))
+    order = order[aircraft[order] >= 0]
+    time_s, of = plots.time_s[order], aircraft[order]
+    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
+    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
+    chosen = (of[2:] == of[:-2]) & (longer <= _APART_FACTOR * shorter) & (longer <= _APART_MAX_S)
+    if np.count_nonzero(chosen & (shorter > 0.0)) < _SCATTER_MIN:
+        return None
+    middle = np.flatnonzero(chosen & (shorter > 0.0)) + 1
+    azimuth = np.radians(plots.azimuth_deg[order])
+    range_m = plots.range_m[order]
+    place = np.column_stack([range_m * np.sin(azimuth), range_m * np.cos(azimuth)])
+    weight = (before_s / (before_s + after_s))[middle - 1, None]
+    apart = place[middle] - (1.0 - weight) * place[middle - 1] - weight * place[middle + 1]
+    outward = place[middle] / np.linalg.norm(place[middle], axis=1)[:, None]
+    along = np.sum(apart * outward, axis=1)
+    across = apart[:, 0] * outward[:, 1] - apart[:, 1] * outward[:, 0]
+    of_three = np.sqrt(1.0 + weight[:, 0] ** 2 + (1.0 - weight[:, 0]) ** 2)
+    scatters = (
+        _NORMAL_SPREAD * float(np.median(np.abs(along) / of_three)),
+        float(np.degrees(_NORMAL_SPREAD * np.median(np.abs(across) / of_three / range_m[middle]))),
+    )
+    found = [
+        _WrongSigma(
+            setting, "small", sigma,
+            f"its plots scatter by {two_digits(scatter)}{unit} about the path of their aircraft",
+            "error",
+        )
+        for setting, sigma, scatter, unit in zip(
+            SIGMAS, sigmas(evidence, name), scatters, (" m", "°"), strict=True
+        )
+        if scatter >= SCATTER_FACTOR * sigma
+    ]  # fmt: skip
+    return _of_sigmas(name, found)
 
 
 class _WrongSigma(NamedTuple):
@@ -333,6 +413,11 @@ def check_values(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | N
     """Report rejected values of a sensor whose other measurements are used."""
     wrong = Counter({code: losses.lost[code] for code in VALUE_CODES if losses.lost[code]})
     many = wrong.total() > VALUES_MAX * losses.known and wrong.total() >= READ_MIN
+    outside = losses.lost[RejectCode.OUT_OF_RANGE]
+    reason = evidence.sources[name].reasons.get(RejectCode.OUT_OF_RANGE, _BEYOND)
+    if outside > OUTSIDE_MAX * losses.known and outside >= READ_MIN and _BEYOND not in reason:
+        wrong[RejectCode.OUT_OF_RANGE] = outside
+        many = True
     if not many or losses.share > LOST_MAX:
         return None
     codes = ", ".join(f"{counted(number)} {code}" for code, number in wrong.most_common())

@@ -1,5 +1,6 @@
 """Diagnosis of unexplained losses, noise and copies."""
 
+import re
 from typing import Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.filters.bank import Outcome
 from multiradar_schemas.sensors.sensor import Sensor
-from support.inputs.mistaken import Recording, recording
+from support.inputs.mistaken import SIGMAS, Recording, recording
 
 
 def evidence_of(one: Recording, **outcomes: int) -> Evidence:
@@ -74,6 +75,60 @@ def test_rejected_values_of_a_sensor_that_is_used_cause_a_warning() -> None:
         "the first: range_m: expected a finite number, was inf); correct or remove these "
         "measurements"
     )
+
+
+@pytest.mark.parametrize(
+    ("reason", "codes"),
+    [
+        ("mode_3a: expected four octal digits, was 1819", ["values_rejected"]),
+        ("range_m: expected a range within the instrumented range of the sensor, was 3e5", []),
+    ],
+)
+def test_values_outside_their_limits_are_reported_but_not_plots_beyond_the_range(
+    reason: str, codes: list[str]
+) -> None:
+    evidence = evidence_of(recording(), UPDATED=600)
+    evidence.reject("1-10", "OUT_OF_RANGE", 150)
+    evidence.sources["1-10"].reasons["OUT_OF_RANGE"] = reason
+    assert [one.code for one in diagnose(evidence)] == codes
+
+
+def test_a_disabled_sensor_has_no_losses() -> None:
+    evidence = evidence_of(recording(), UPDATED=600)
+    evidence.reject("1-10", "SENSOR_DISABLED", 900)
+    assert diagnose(evidence) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "remedy"),
+    [
+        ("Radar", "write radar, adsb, mlat or bearing in the column kind"),
+        ("adsb", "its measurements have ranges: correct their column kind"),
+        ("bearing", 'declare it as kind = "direction-finder"'),
+    ],
+)
+def test_a_wrong_kind_of_measurements_is_reported_with_what_to_correct(
+    kind: str, remedy: str
+) -> None:
+    one = recording().changed("1-10", kind=pl.lit(kind))
+    evidence = evidence_of(one)
+    evidence.reject("1-10", "UNKNOWN_KIND", 900)
+    assert remedy in said(evidence).sentence
+
+
+@pytest.mark.parametrize("only", [("1-10",), ("1-10", "2-10", "3-10")])
+def test_sigmas_far_below_the_scatter_are_reported_without_a_measured_noise(
+    only: tuple[str, ...],
+) -> None:
+    one = recording().only(*only)
+    for name in only:
+        one = one.configured(name, range_sigma_m=1.0, azimuth_sigma_deg=0.002)
+    found = one.diagnosed()
+    assert [(said.sensor_id, said.code) for said in found] == [(name, "noise") for name in only]
+    assert "range_sigma_m and azimuth_sigma_deg are probably too small" in found[0].sentence
+    scatter = re.search(r"plots scatter by (\d+) m about the path", found[0].sentence)
+    assert scatter is not None
+    assert float(scatter[1]) == pytest.approx(SIGMAS[0], rel=0.15)
 
 
 @pytest.mark.parametrize(("code", "count"), [("MISSING_FIELD", 6), ("OUT_OF_RANGE", 200)])

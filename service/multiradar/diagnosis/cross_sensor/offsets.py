@@ -12,6 +12,8 @@ from multiradar.diagnosis.names import listed
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
     PARAMETER_NAMES,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
@@ -33,8 +35,10 @@ COMMON_AZIMUTH = float(np.radians(1.0))
 LARGE_SIGMAS = 2.0
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 #: ... and from these values on, m and rad.
-LARGE = dict(zip(_KINDS, (1000.0, COMMON_AZIMUTH), strict=True))
+_FRAME = {PARAMETER_FRAME_EAST: "east", PARAMETER_FRAME_NORTH: "north"}
+LARGE = dict(zip(_KINDS, (1000.0, COMMON_AZIMUTH), strict=True)) | dict.fromkeys(_FRAME, 200.0)
 _LARGE_CODES = dict(zip(_KINDS, ("range_offset", "azimuth_offset"), strict=True))
+_LARGE_CODES |= dict.fromkeys(_FRAME, "positions_displaced")
 
 
 def check_offsets(
@@ -111,9 +115,9 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
 
 
 def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
-    """Warn of ranges and azimuths that the run found off by more than radars are.
+    """Warn of ranges, azimuths and positions that the run found off by more than sensors are.
 
-    The tracks are corrected for such an offset; the radar needs an adjustment, or its azimuths
+    The tracks are corrected for such an offset; the sensor needs an adjustment, or its azimuths
     refer to magnetic north.
 
     Parameters
@@ -124,12 +128,12 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
     Returns
     -------
     list of Diagnosis
-        One for each radar with such an offset.
+        One for each sensor with such an offset.
     """
     sensors = evidence.sensors
     found: dict[str, Diagnosis] = {}
     for (number, kind), (estimate, sigma) in sorted(evidence.biases.items()):
-        if kind not in _KINDS or sensors.kinds[number] != KIND_RADAR:
+        if kind not in LARGE:
             continue
         configured, prior_sigma = configured_bias(sensors, number, kind)
         apart = abs(estimate - configured)
@@ -151,6 +155,12 @@ def _large(kind: int, estimate: float, configured: float, prior_sigma: float) ->
             f"the estimated range offset is {estimate:+.0f} m, but {configured:+.0f} m ± "
             f"{prior_sigma:.0f} m is configured: the tracks are corrected for it; check the range "
             "calibration of the radar"
+        )
+    if kind in _FRAME:
+        return (
+            f"the estimated displacement of its positions is {estimate:+.0f} m {_FRAME[kind]}, but "
+            f"{configured:+.0f} m ± {prior_sigma:.0f} m is configured: the tracks are corrected "
+            "for it; check its reference point"
         )
     estimate_deg, configured_deg, sigma_deg = np.degrees([estimate, configured, prior_sigma])
     return (

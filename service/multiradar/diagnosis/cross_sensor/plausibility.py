@@ -276,8 +276,10 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     )
     hidden = np.mean(heights < lowest - _BELOW_M)
     # A radar on a mountain sees low aircraft far away, but not only such.
-    low = heights.max() < _LOW_M and np.median(ranges) > _LOW_SEEN_M
-    speed = _low_speed(plots.select(np.flatnonzero(known)), site)
+    # Half of the plots of a radar at an airport are those of aircraft on and near the ground.
+    low = heights.max() < _LOW_M and np.quantile(ranges, 0.75) > _LOW_SEEN_M
+    far = known & (plots.range_m >= np.median(ranges))
+    speed = _low_speed(plots.select(np.flatnonzero(far)), site)
     if hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS:
         return None
     if np.ptp(heights) == 0.0:
