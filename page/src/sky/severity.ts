@@ -13,7 +13,7 @@ const SILENCE_MAX_S = 60;
 /** A sigma that is at least so much of the prior has not been reduced by any plot. */
 const UNTOUCHED_RATIO_MIN = 0.999;
 /** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
-const MISPLACED = new Set(["site", "positions_displaced", "clock"]);
+const MISPLACED = new Set(["site", "positions_displaced", "clock", "time_of_scan", "range_gain", "ground_ranges"]);
 /** Causes by which measurements are missing: they move none of the others. */
 const MISSING = new Set(["ends_early", "no_measurements", "range_max"]);
 
