@@ -264,7 +264,7 @@ def read_exactly(descriptor: int, records: Records, offset: int) -> None:
     while left:
         count = os.preadv(descriptor, [left], offset)
         if count == 0:
-            msg = "a working file of the conversion is shorter than written"
+            msg = "a temporary file of the conversion is shorter than the data written to it"
             raise OSError(msg)
         left = left[count:]
         offset += count

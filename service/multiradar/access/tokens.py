@@ -78,6 +78,6 @@ def _read_keys(file: Path) -> dict[str | None, Any]:
     private = [one for one in document["keys"] if "d" in one or one.get("kty") == "oct"]
     if private:
         raise ConfigurationError(
-            f"{file}: contains a private or secret key; remove all keys except public ones"
+            f"{file}: contains a private or secret key; remove all private and secret keys"
         )
     return {one.key_id: one for one in found.keys}

@@ -56,7 +56,7 @@ class Body:
         """End it now, for others."""
         self._until_s = 0.0
         self._late = (
-            "the body arrived too slowly and its memory was needed for other requests; "
+            "the body arrived too slowly, and its memory was released for other requests; "
             "send it again"
         )
         if self._waiting is not None:

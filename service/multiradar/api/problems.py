@@ -69,7 +69,7 @@ class Problem(BaseModel):
     status: int = Field(description="HTTP status", examples=[404])
     detail: str = Field(
         description="Human-readable description of the error",
-        examples=["no live track has the number 7"],
+        examples=["no live track with number 7"],
     )
     instance: str = Field(
         description="URN of the request; the log contains the same identifier",

@@ -111,7 +111,7 @@ def time_query(description: str) -> Any:
 Since = Annotated[
     float | None,
     time_query(
-        "Return only rows with this data time or later: seconds, or ISO 8601 with Z or an offset"
+        "Return only rows at or after this data time: seconds, or ISO 8601 with Z or an offset"
     ),
     AsTime,
 ]

@@ -46,7 +46,7 @@ _CIRCUMSTANCES = frozenset(
 
 #: Reason of a timeout.
 _JOURNAL_LATE = (
-    "the journal did not respond in time, and may or may not contain the message; "
+    "the journal did not respond in time, so the message may or may not be recorded; "
     "send it again with the same Idempotency-Key"
 )
 

@@ -96,7 +96,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         require_query(request)
         described = sink.describe_sensor(sensor_id)
         if described is None:
-            raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor has the name {sensor_id}")
+            raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor with the name {sensor_id}")
         return Response(json.dumps(described), media_type="application/json")
 
     @router.put(

@@ -116,8 +116,8 @@ def _check_centres(every: Sequence[tuple[str, float, float]]) -> None:
             there = _direction(other_latitude_deg, other_longitude_deg)
             if math.dist(here, there) < math.radians(CENTRES_APART_DEG):
                 raise wrong(
-                    f"expected centres at least {CENTRES_APART_DEG} degrees apart, found those of "
-                    f"{other} and {name} closer together"
+                    f"expected centres at least {CENTRES_APART_DEG} degrees apart, but {other} and "
+                    f"{name} are closer together"
                 )
 
 

@@ -68,7 +68,7 @@ def test_a_track_that_never_existed_is_asked_for_once(page: Page, air: Air) -> N
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(f"{air.url}/#track=999999&tab=track")
-    expect(page.locator("#sheet")).to_contain_text("no retained track has the number 999999")
+    expect(page.locator("#sheet")).to_contain_text("no retained track with number 999999")
     frames: int = page.evaluate(f"{STORE}.frames")
     # In this time it would have been asked for again.
     settled(page, f"{STORE}.frames > {frames + 6}")
@@ -80,12 +80,12 @@ def test_a_track_that_the_service_has_again_after_a_start_has_its_details(
 ) -> None:
     """While it reads its journal, the picture has tracks that it does not know yet."""
     opened(page, air)
-    unknown = {"detail": "no track has the number"}
+    unknown = {"detail": "no track with number"}
     page.route("**/v1/tracks/*/*", lambda route: route.fulfill(status=404, json=unknown))
     page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
     page.get_by_role("tab", name="Track", exact=True).click()
     contributing = page.get_by_role("region", name="Contributing sensors")
-    expect(contributing).to_contain_text("no track has the number")
+    expect(contributing).to_contain_text("no track with number")
     page.unroute_all(behavior="wait")
     expect(contributing).to_contain_text("in the last minute")
     expect(page.get_by_role("region", name="Track history")).to_be_visible()

@@ -171,7 +171,7 @@ def test_the_sentence_is_that_of_the_command(
 
 
 def test_a_registered_name_must_be_its_own() -> None:
-    with pytest.raises(ArgumentError, match="there is already a filter 'imm'; choose another name"):
+    with pytest.raises(ArgumentError, match="filter 'imm' already exists; choose another name"):
         mr.register_filter("imm", object)  # type: ignore[arg-type]
     with pytest.raises(UnknownFilterError, match="im"):
         mr.register_filter("mine", ConstantState, host="im")

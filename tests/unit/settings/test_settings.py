@@ -322,7 +322,7 @@ _EAST = "[[region.neighbours]]\nname = 'east'\nlatitude_deg = 49.0\nlongitude_de
         (_REGION, "at least one table [[region.neighbours]]"),
         (_REGION + _EAST.replace("east", "west"), "each region name once, found west twice"),
         (_REGION + _EAST + _EAST, "each region name once, found east twice"),
-        (_REGION + _EAST.replace("14.0", "8.0"), "found those of west and east closer together"),
+        (_REGION + _EAST.replace("14.0", "8.0"), "west and east are closer together"),
         (_REGION + "margin_m = -1.0\n" + _EAST, "margin_m: expected a number of at least 0"),
         (
             _REGION + "silence_s = 1.5\n" + _EAST,

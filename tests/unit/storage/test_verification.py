@@ -99,7 +99,7 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
         ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: not the last"]),
         ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows starting at number 1"]),
         ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: the checks"]),
-        ("DELETE FROM head", ["expected one journal head,"]),
+        ("DELETE FROM head", ["expected one head row in the journal,"]),
         ("DELETE FROM header", ["expected one header row in the journal"]),
     ],
 )

@@ -64,7 +64,7 @@ def overlay_routes(overlays: Overlays) -> APIRouter:
     ) -> Response:
         """Return one overlay as a FeatureCollection (RFC 7946)."""
         if number >= len(overlays) or overlays[number].problem:
-            raise RequestError(404, "OVERLAY_NOT_FOUND", f"no overlay has the number {number}")
+            raise RequestError(404, "OVERLAY_NOT_FOUND", f"no overlay with number {number}")
         return Response(overlays[number].content, media_type=GEOJSON)
 
     return router

@@ -98,7 +98,7 @@ async def picture(
         Query(
             ge=0,
             le=INTEGER_MOST,
-            description="Return only plots later than the previous frame, whose `next` is given",
+            description="`next` of the previous frame: only later plots are returned",
             examples=[0],
         ),
         AsInteger,

@@ -24,7 +24,7 @@ router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[DISPLAY, Depends
 
 def track_not_found(track_id: int, wanted: str = "live track") -> RequestError:
     """Return the error of a request for an unknown track, or for one that was terminated."""
-    return RequestError(404, "TRACK_NOT_FOUND", f"no {wanted} has the number {track_id}")
+    return RequestError(404, "TRACK_NOT_FOUND", f"no {wanted} with number {track_id}")
 
 
 def _annotation(parameter: Parameter) -> Any:

@@ -93,4 +93,4 @@ def _sensor(view: View, sensor_id: str) -> dict[str, Any]:
     for sensor in view.sensors():
         if sensor.get("id") == sensor_id:
             return sensor
-    raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor has the name {sensor_id}")
+    raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor with the name {sensor_id}")

@@ -293,5 +293,5 @@ def check_other_rows(
         f"{name}: only {share:.0%} of its plots lie where other sensors detect the same aircraft, "
         "and no single error of a unit, its site or its clock explains this: one of its columns "
         "(range, azimuth, time or identity) probably belongs to other rows, or to another sensor; "
-        "check how its measurements were made",
+        "check how its measurements were generated",
     )

@@ -166,7 +166,7 @@ class RegionExchange:
             try:
                 self.step()
             except Exception as error:  # The service goes on; the neighbours find it silent.
-                _log.exception("no message for the neighbouring regions")
+                _log.exception("the handover message to the neighbouring regions failed")
                 self._count(self._board.name, "failed", "HANDOVER_FAILED", type(error).__name__)
 
     def _require(self, region: str, payload: bytes) -> None:

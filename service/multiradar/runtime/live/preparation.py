@@ -298,7 +298,7 @@ def _until(
         return batch, rejected
     rows = np.delete(np.arange(len(frame)), rejected.index)[ahead]
     reasons = [
-        f"expected a time not ahead of the system clock ({latest_s:.0f} s), was {time_s} s"
+        f"expected a time no later than the system clock ({latest_s:.0f} s), was {time_s} s"
         for time_s in batch.time_s[ahead].tolist()
     ]
     together = wire.Rejected(

@@ -248,7 +248,7 @@ class HistoryWriter:
             return (
                 f"the history covers entries up to {sequence}, but the journal ends with entry "
                 f"{last} (restored from a backup?); choose a new folder for the history, and keep "
-                "this one to read what was lost"
+                "this folder, which contains the lost data"
             )
         return (
             f"the history belongs to another journal: entry {sequence} differs; choose another "

@@ -147,7 +147,7 @@ class Standby:
             accepting_s = self._clock.monotonic_s() - began_s
             self._on_lead()
             _log.warning(
-                "takeover: measurements accepted after %.0f ms, all interfaces after %.0f ms",
+                "takeover: measurements accepted after %.0f ms, all interfaces open after %.0f ms",
                 1e3 * accepting_s, 1e3 * (self._clock.monotonic_s() - began_s),
             )  # fmt: skip
             return True

@@ -234,7 +234,7 @@ class JournalRows:
         ).fetchall()
         intact = len(rows) == 1 and [type(value) for value in rows[0]] == [int, bytes, int, int]
         if not intact:
-            raise JournalError(f"{self._path}: expected one journal head, found {rows}")
+            raise JournalError(f"{self._path}: expected one head row in the journal, found {rows}")
         return Head(*rows[0])
 
     def skipped(self, connection: sqlite3.Connection) -> dict[int, str]:

@@ -51,7 +51,7 @@ def check_packages() -> Finding:
     if absent:
         return error(
             "packages", f"missing: {', '.join(absent)}",
-            "install multiradar again, with its dependencies",
+            "reinstall multiradar with its dependencies",
         )  # fmt: skip
     other = [
         f"{one.name} {present[one.name]} (expected {one.specifier})"

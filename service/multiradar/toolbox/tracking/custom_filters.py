@@ -134,9 +134,7 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     if not name:
         raise ArgumentError("`name`: expected a name, was an empty string", "name")
     if name in FILTERS:
-        raise ArgumentError(
-            f"`name`: there is already a filter {name!r}; choose another name", "name"
-        )
+        raise ArgumentError(f"`name`: filter {name!r} already exists; choose another name", "name")
     if isinstance(make, type) and not callable(getattr(make, "update", None)):
         raise ArgumentError(
             f"`make`: expected a class with a method `update`, was {make.__name__}", "make"

@@ -132,7 +132,7 @@ def test_a_token_ends(tmp_path: Path, found: Authentication) -> None:
         ('{"keys": []}', "expected a JSON Web Key Set"),
         (
             '{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}',
-            "remove all keys except public ones",
+            "remove all private and secret keys",
         ),
     ],
 )

@@ -81,7 +81,7 @@ async def test_the_body_that_has_been_arriving_longest_ends_for_others(
     assert [one.status_code for one in others] == [200, 200]
     ended = await slow
     assert (ended.status_code, ended.json()["code"]) == (408, "BODY_TIMEOUT")
-    assert "needed for other requests" in ended.json()["detail"]
+    assert "released for other requests" in ended.json()["detail"]
 
 
 async def test_bodies_that_have_arrived_are_bounded_together_and_by_client(

@@ -89,7 +89,7 @@ def _loss_notes(losses: Sequence[Loss]) -> list[str]:
         if density in times
     )
     return [
-        "In theory, the ratio of the position error of the two-stage filter to that of the joint "
-        f"filter after {losses[0].time_s:g} s is {ratios}; the last table lists other "
-        "accelerations."
+        "In theory, the position error of the two-stage filter divided by the position error of "
+        f"the joint filter after {losses[0].time_s:g} s is {ratios}; the last table lists the "
+        "ratio for other accelerations."
     ]
