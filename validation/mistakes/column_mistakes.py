@@ -134,7 +134,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "an ADS-B clock off by 5 s",
         plots("adsb", time_s=_TIME + 5.0),
         TRACK,
-        message=("adsb: its clock is probably 4.9 s ahead",),
+        message=("adsb: its clock is probably 5.0 s ahead",),
         sensors=("adsb",),
     ),
     Mistake(

@@ -306,7 +306,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         tracks(_later(-17_744.0 * SECONDS_PER_DAY)),
         _EVALUATE,
         1,
-        ("do not overlap in time", "the reference has times of day only", "--date"),
+        ("do not overlap in time", "only times of day", "--date"),
     ),
     Mistake(
         "a reference of another area",

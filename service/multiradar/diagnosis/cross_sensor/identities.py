@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import polars as pl
 
-from multiradar.diagnosis.cross_sensor.agreement import polar_agreement
+from multiradar.diagnosis.cross_sensor.agreement import polar_agreement, seen_from
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.hypotheses import as_given
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, common_key
@@ -286,6 +286,12 @@ def check_other_rows(
             "recorded); check how the columns were joined",
         )
     if trusted < 2 or share >= UNEXPLAINED_MAX:
+        return None
+    # The run estimates an offset however large, and reports it.
+    seen_m, _ = seen_from(site, pairs.position_m)
+    nearer = polar[0] - np.median(polar[0][rows][pairs.plot] - seen_m)
+    moved = nearer[rows], polar[1][rows]
+    if polar_agreement(moved, site, pairs, compared=compared).share >= AGREES_MIN:
         return None
     return Diagnosis(
         name,

@@ -140,3 +140,9 @@ def test_two_radars_on_one_antenna_are_no_mistake() -> None:
     again = one.sensors[1].model_copy(update={"id": "9-10"})
     frame = pl.concat([rest, own.filter(index % 3 != 1), primary]).sort("time_s")
     assert Recording(frame, (*one.sensors, again)).diagnosed() == []
+
+
+@pytest.mark.parametrize("offset_m", [5000.0, -7000.0])
+def test_a_range_offset_that_the_run_estimates_is_no_column_of_other_rows(offset_m: float) -> None:
+    one = recording().changed(NAME, range_m=pl.col("range_m") + offset_m)
+    assert one.diagnosed() == []
