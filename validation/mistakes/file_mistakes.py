@@ -193,7 +193,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "half of the azimuths missing",
         plots(RADAR, azimuth_deg=pl.when(pl.int_range(pl.len()) % 2 == 0).then("azimuth_deg")),
-        message=("azimuth_deg: expected a value for this kind, was absent",),
+        message=("azimuth_deg: missing; expected a value for this kind",),
     ),
     Mistake(
         "times counted from 1900",

@@ -48,10 +48,10 @@ _TYPES = _NUMBER_TYPES | {"string_type"}
 # Messages of errors of a whole row, which do not quote the row.
 _ONE_TIME = "expected exactly one of time_s, time_ns and time, was "
 _SENTENCES = {
-    "union_tag_not_found": "kind: expected a value, was absent",
+    "union_tag_not_found": "kind: missing; expected a value",
     "one_time": f"{_ONE_TIME}none",
     "many_times": f"{_ONE_TIME}more than one",
-    "whole_source": "{missing}: expected all of {fields} or none, was absent",
+    "whole_source": "{missing}: missing; expected all of {fields} or none",
 }
 _TIME = ("time_s",)
 _BOUNDS = ("greater than", "less than")
@@ -83,7 +83,7 @@ def reason_of(details: Mapping[str, Any]) -> str:
     kind = str(details["type"])
     value = details.get("input")
     if kind == "missing" or (value is None and kind in _TYPES):
-        return f"expected a value, was {'absent' if kind == 'missing' else 'null'}"
+        return "missing; expected a value" if kind == "missing" else "expected a value, was null"
     if kind == "extra_forbidden":
         return f"unknown field, was {shown(value)}"
     if kind == SENTENCE_ERROR:

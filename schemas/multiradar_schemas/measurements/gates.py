@@ -117,7 +117,9 @@ def _first_gate(gates: tuple[Gate, ...], empty: frozenset[str]) -> pl.Expr:
 
 def _sentence(gate: Gate, row: dict[str, object]) -> str:
     value = row[gate.shows or gate.field]
-    found = "absent" if value is None else shown(value)
+    if value is None:
+        return f"{gate.field}: missing; expected {gate.expected}"
+    found = shown(value)
     if gate.field == "time_s" and gate.code is RejectCode.OUT_OF_RANGE:
         found += time_unit(value)
     return f"{gate.field}: expected {gate.expected}, was {found}"

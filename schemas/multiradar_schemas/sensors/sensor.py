@@ -300,11 +300,8 @@ class Sensor(Table):
             one: BiasParameter = getattr(self.bias, name)
             if name in PARAMETERS_BY_KIND[self.kind]:
                 continue
-            of_it = f"of {name} for the {self.kind} {self.id}"
-            if one.estimate:
-                raise wrong(f"expected no estimate {of_it}; remove it")
-            if one.prior != 0.0:
-                raise wrong(f"expected no prior {of_it}, was {one.prior:g}")
+            if one.estimate or one.prior != 0.0:
+                raise wrong(f"bias.{name} does not apply to the {self.kind} {self.id}; remove it")
         if self.kind == "mlat" and self.latitude_deg is None:
             self._require_no_frame()
         return self
@@ -314,8 +311,8 @@ class Sensor(Table):
             one: BiasParameter = getattr(self.bias, name)
             if one.estimate or one.prior != 0.0:
                 raise wrong(
-                    f"expected latitude_deg and longitude_deg, the reference point of {self.id}, "
-                    f"with {name}; they are missing"
+                    f"bias.{name} requires latitude_deg and longitude_deg, the reference point of "
+                    f"{self.id}; add them"
                 )
 
     def estimated_biases(self) -> tuple[EstimatedBias, ...]:

@@ -181,7 +181,7 @@ def restore(
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Create a state from a backup or an archive; both are verified."""
+    """Create a state from a backup or an archive, which is verified first."""
     from multiradar.storage.backup import Backup
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import SENSORS_FILE, SETTINGS_FILE

@@ -260,8 +260,8 @@ ForecastsOption = Annotated[
         # The bounds are those of `runtime.forecast_table`.
         min=8.0,
         max=600.0,
-        help="Write forecasts.parquet: predicted positions 10 to 300 s ahead with 95 % regions, "
-        "every SECONDS. Costs 0.03 ms of CPU time per plot if SECONDS is 60.",
+        help="Write forecasts.parquet: predicted positions 10 to 300 s ahead with 95 % "
+        "containment regions, every SECONDS. Costs 0.03 ms of CPU time per plot if SECONDS is 60.",
         show_default="none",
     ),
 ]

@@ -236,7 +236,7 @@ def test_plots_without_an_azimuth_are_not_compared() -> None:
     """Regression: warnings of NumPy were shown."""
     every_second = pl.when(pl.int_range(pl.len()) % 2 == 0).then(AZIMUTH)
     (said,) = recording().changed(NAME, azimuth_deg=every_second).diagnosed()
-    assert "azimuth_deg: expected a value" in said.sentence
+    assert "azimuth_deg: missing; expected a value" in said.sentence
 
 
 def test_negative_ranges_are_not_taken_for_a_wrong_height() -> None:

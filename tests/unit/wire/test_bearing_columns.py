@@ -107,7 +107,7 @@ def test_implausible_directions_are_rejected_in_every_encoding(
 def test_an_incomplete_sensor_position_is_rejected_with_one_reason(missing: str) -> None:
     """Once the reason ended with the whole row."""
     row = BEARING | {name: value for name, value in SOURCE.items() if name != missing}
-    expected = f"{missing}: expected all of {', '.join(SOURCE)} or none, was absent"
+    expected = f"{missing}: missing; expected all of {', '.join(SOURCE)} or none"
     assert [one.reason for one in parse_json(json.dumps([row]).encode()).rejected] == [expected]
     frame = pl.DataFrame([row], schema={name: MEASUREMENT_SCHEMA[name] for name in row})
     assert [one.reason for one in parse_arrow(encode_rows(frame)).rejected] == [expected]

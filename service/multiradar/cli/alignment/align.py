@@ -61,7 +61,7 @@ def align(
         ),
     ] = None,
     folds: Annotated[
-        int, typer.Option(min=2, max=50, metavar="N", help="Number of folds of aircraft.")
+        int, typer.Option(min=2, max=50, metavar="N", help="Number of cross-validation folds.")
     ] = 5,
     kinds: KindsOption = None,
     date: DateOption = None,

@@ -35,8 +35,8 @@ def convert_adsb(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date of the first time without a date. If given, such times become Unix times; "
-            "otherwise they remain times of day that keep increasing past midnight.",
+            help="Date of the first record with a time of day only. If given, such times become "
+            "Unix times; otherwise they remain times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),

@@ -67,7 +67,7 @@ def demo(
     ] = "150",  # type: ignore[assignment]  # given to the parser like any other text
     leave: Annotated[bool, typer.Option("--exit", help="Stop the service after the demo.")] = False,
 ) -> None:
-    """Convert the sample recording, replay it to a service, and compare output with the truth."""
+    """Convert the sample, replay it to a service, and compare the output with the truth."""
     from rich.console import Console
 
     console = Console(highlight=False)

@@ -107,11 +107,11 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nestimate = true',
-            "expected no estimate of range_gain for the adsb x; remove it",
+            "bias.range_gain does not apply to the adsb x; remove it",
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nprior = 0.05',
-            "expected no prior of range_gain for the adsb x, was 0.05",
+            "bias.range_gain does not apply to the adsb x; remove it",
         ),
         ("[[sensor]", "not valid TOML: "),
         ("[[sensor]]\nlatitude_deg = 46,4247\n", "; write 46.4247 for 46,4247"),
