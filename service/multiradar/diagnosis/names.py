@@ -101,9 +101,9 @@ def _wrong_sensors_file(evidence: Evidence, unknown: list[str], silent: list[str
     return Diagnosis(
         "",
         "sensors_of_another_recording",
-        "none of the sources in the recording is in the sensors file, which is probably for "
-        f"another recording: the recording contains {listed(sorted(unknown))}, the file contains "
-        f"{listed(sorted(silent))}; specify the sensors file of this recording",
+        "none of the sources of the measurements is in the sensors file, which is probably for "
+        f"another recording: the measurements are from {listed(sorted(unknown))}, the file "
+        f"contains {listed(sorted(silent))}; specify the sensors file of these sensors",
     )
 
 

@@ -67,6 +67,12 @@ def test_the_same_recording_is_ingested_once_and_a_restart_changes_nothing(
         _replay(measurements, "--to", served.http)
         again = _replay(measurements, "--to", served.http)
         assert (again["accepted"], again["duplicate"]) == (0, ROWS)
+        # Other messages have other keys, and their times are past.
+        other = command(
+            "replay", measurements, "--to", served.http, "--speed", "max", "--batch", 333
+        )
+        assert "rejected as TIME_LATE: " in other.stderr
+        assert "the service already has these measurements" in other.stderr
         served.process.signal(signal.SIGINT)
         assert served.process.wait() == 0
     with serving(*options) as served:

@@ -38,7 +38,7 @@ def test_a_sensors_file_without_any_recorded_sensor_is_of_another_recording() ->
     found = one.diagnosed()
     assert found[0].code == "sensors_of_another_recording"
     assert (
-        "the recording contains 1-10, 2-10, 3-10, the file contains 90-1, 91-1, 92-1"
+        "the measurements are from 1-10, 2-10, 3-10, the file contains 90-1, 91-1, 92-1"
         in found[0].sentence
     )
 

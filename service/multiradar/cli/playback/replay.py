@@ -19,10 +19,11 @@ from multiradar.cli.options import (
     chosen_kinds,
 )
 from multiradar.cli.playback.datagrams import Times, is_udp, replay_datagrams
-from multiradar.errors import InputError
+from multiradar.errors import DataWarning, InputError
 from multiradar.toolbox.conversion.measurements import open_measurements
 from multiradar.toolbox.inputs import DumpChoice, check_found, counts_by_code
 from multiradar.toolbox.messages.progress import progress_bar
+from multiradar.toolbox.messages.warning import warn
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -173,10 +174,22 @@ def replay(
     _print_counts(counts, json_wanted)
     if counts.unknown_sensors:
         raise InputError(_unknown_sensors(counts.unknown_sensors, configured))
+    late = counts.rejected_by_code.get("TIME_LATE", 0)
+    if late > _LATE_MAX * counts.read:
+        warn(
+            f"{late} of {counts.read} measurements were rejected as TIME_LATE: the data time of "
+            "the service is after their times; if this recording was replayed before with another "
+            "--batch, --speed or --kinds, the service already has these measurements",
+            DataWarning,
+        )
     if counts.rejected == counts.read:
         codes = counts_by_code(counts.rejected_by_code)
         msg = f"none of {counts.read} measurements were accepted: {codes}"
         raise InputError(msg)
+
+
+#: A fraction of late measurements above this has a cause other than the network.
+_LATE_MAX = 0.05
 
 
 def _unknown_sensors(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:

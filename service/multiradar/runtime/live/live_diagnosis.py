@@ -8,6 +8,7 @@ No other thread waits for it, and no output depends on it. Findings hold as in `
 import json
 import logging
 import math
+import re
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -24,17 +25,22 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow
 from multiradar.tracking.outputs import EngineOutput
+from multiradar_schemas.reject import RejectCode
 
 _log = logging.getLogger(__name__)
 
 #: A window ends when one of its sources spans this data time, s, or a radar has `ROWS_MAX` plots.
 WINDOW_S = 60.0
+#: ... or so many records of an unknown source were rejected.
+UNKNOWN_MAX = 100
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night. A sensor that ends before the others is silent, which its
 #: alarm says until it sends again.
 _OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early")
+#: The source of a record at the end of its reason.
+_SOURCE = re.compile(r"SAC and SIC: (\d+-\d+)$")
 #: Columns of a table of sensors with a row for each bias parameter; the first is its sensor.
 _OF_PARAMETERS = ("parameter_sensor", "parameter_kind", "prior_mean", "prior_sigma", "drift")
 
@@ -160,9 +166,12 @@ def _evidence(sensors: SensorTable) -> Evidence:
     return Evidence(sensors, spreads_positions=True)
 
 
+# Records of an unknown ASTERIX source have no time.
 def _is_over(evidence: Evidence) -> bool:
     return any(
-        one.last_s - one.first_s >= WINDOW_S or (one.read >= ROWS_MAX and not one.spread)
+        one.last_s - one.first_s >= WINDOW_S
+        or (one.read >= ROWS_MAX and not one.spread)
+        or one.rejected[RejectCode.UNKNOWN_SENSOR] >= UNKNOWN_MAX
         for one in evidence.sources.values()
     )
 
@@ -188,8 +197,12 @@ def _is_alike(before: list[NDArray[Any]], now: list[NDArray[Any]]) -> bool:
     )
 
 
-# A row rejected at the interface is arbitrary text of the sender.
+# A row rejected at the interface is arbitrary text of the sender; of an ASTERIX record without a
+# sensor, the reason has the source.
 def _sensor_of(row: RejectedRow) -> str:
+    source = _SOURCE.search(row.reason) if row.code == RejectCode.UNKNOWN_SENSOR else None
+    if source is not None:
+        return source[1]
     try:
         raw: Any = json.loads(row.raw)
     except ValueError:

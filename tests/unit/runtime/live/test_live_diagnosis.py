@@ -11,7 +11,7 @@ import pytest
 from multiradar.diagnosis import held_findings
 from multiradar.diagnosis.held_findings import WINDOWS_MAX, HeldFindings
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
+from multiradar.runtime.live.live_diagnosis import UNKNOWN_MAX, LiveDiagnosis
 from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.storage.entries import RejectedRow
 from support.fakes.engine_outputs import Update, output_of
@@ -60,6 +60,20 @@ def test_an_unfinished_window_has_no_findings() -> None:
     diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
     assert not checked(diagnosis)
     assert diagnosis.records() == []
+    diagnosis.stop()
+
+
+def test_records_of_unknown_sources_alone_are_reported_with_the_sources() -> None:
+    """Nothing was accepted, and nothing was said."""
+    diagnosis = opened()
+    reason = "no sensor in the sensors file has this SAC and SIC: 26-11"
+    for _ in range(UNKNOWN_MAX):
+        row = RejectedRow(0, "UNKNOWN_SENSOR", reason, "30 00 1a")
+        diagnosis.record(RIGHT.frame.clear(), [row])
+    assert checked(diagnosis)
+    (found,) = diagnosis.records()
+    assert found["code"] == "sensors_of_another_recording"
+    assert "26-11" in found["sentence"]
     diagnosis.stop()
 
 
