@@ -279,7 +279,7 @@ def test_files_in_the_wrong_order_are_named(
     out = tmp_path / "out"
     assert run(["convert", "asterix", *map(str, given), "--out", str(out)]) == 0
     said = capsys.readouterr().err
-    assert ("a.ast: ends before b.ast starts, but was specified after it" in said) == exchanged
+    assert ("a.ast: ends before b.ast starts, but was specified after that file" in said) == exchanged
     assert bool(said) == exchanged
 
 
@@ -302,4 +302,4 @@ def test_a_date_other_than_that_of_the_packets_is_named(
     status = converted(tmp_path, pcap(blocks(), start_s), "a.pcap", "--date", date)
     said = capsys.readouterr().err
     assert status == bool(captured)
-    assert (f"--date {date}: the recording was captured on {captured}, by" in said) == status
+    assert (f"--date {date}: the recording was captured on {captured}, according" in said) == status
