@@ -15,7 +15,7 @@ const UNTOUCHED_RATIO_MIN = 0.999;
 /** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
 const MISPLACED = new Set(["site", "positions_displaced", "clock", "time_of_scan", "range_gain", "ground_ranges"]);
 /** Causes by which measurements are missing: they move none of the others. */
-const MISSING = new Set(["ends_early", "no_measurements", "range_max"]);
+const MISSING = new Set(["ends_early", "starts_late", "no_measurements", "range_max"]);
 
 export type Level = "FAULT" | "ALARM" | "SILENT" | "BEARINGS ONLY" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 

@@ -1,5 +1,6 @@
 """Times of one source in another unit, and what is no gap."""
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -102,3 +103,21 @@ def test_other_ends_are_no_diagnosis(short: Source) -> None:
 
 def test_a_minute_is_too_short_for_ends() -> None:
     assert check_ends({"1-10": timed("radar", 0.0, 10.0), "adsb": timed("adsb", 0.0, 60.0)}) == []
+
+
+def test_a_sensor_that_starts_after_the_others_causes_a_warning() -> None:
+    late = timed("radar", 900.0, 1800.0)
+    whole = timed("radar", 0.0, 1800.0)
+    (found,) = check_ends({"1-10": late, "2-10": whole})
+    assert (found.sensor_id, found.code, found.severity) == ("1-10", "starts_late", "warning")
+
+
+@pytest.mark.parametrize(("last_gap_s", "codes"), [(400.0, ["pause"]), (200.0, []), (0.0, [])])
+def test_a_pause_of_all_sensors_causes_a_warning(last_gap_s: float, codes: list[str]) -> None:
+    sources = {
+        name: timed("radar", 0.0, 1800.0, gap_s=gap_s)
+        for name, gap_s in (("1-10", 500.0), ("2-10", last_gap_s))
+    }
+    for one in sources.values():
+        one.gap_from_s = 600.0 if one.gap_s else np.nan
+    assert [one.code for one in check_ends(sources)] == codes

@@ -38,7 +38,7 @@ PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night. A sensor that ends before the others is silent, which its
 #: alarm says until it sends again.
-_OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early")
+_OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early", "starts_late", "pause")
 #: The source of a record at the end of its reason.
 _SOURCE = re.compile(r"SAC and SIC: (\d+-\d+)$")
 #: Columns of a table of sensors with a row for each bias parameter; the first is its sensor.
