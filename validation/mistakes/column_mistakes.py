@@ -49,6 +49,7 @@ def _degrees_minutes(one: dict[str, float], name: str) -> float:
     return round(degrees + 0.6 * (one[name] - degrees), 6)
 
 
+_RADARS = SENSORS[:-1]
 _RANGE, _HEIGHT = pl.col("range_m"), pl.col("height_m")
 
 COLUMN_MISTAKES: tuple[Mistake, ...] = (
@@ -71,6 +72,42 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "the times of plots are those of the start of the scan",
         plots(RADAR, time_s=(_TIME / 4.9).floor() * 4.9),
         message=("26-10: all plots of a scan have the same time",),
+    ),
+    Mistake(
+        "all sigmas 40 times too small",
+        settings(
+            *_RADARS,
+            range_sigma_m=lambda one: one["range_sigma_m"] / 40.0,
+            azimuth_sigma_deg=lambda one: one["azimuth_sigma_deg"] / 40.0,
+        ),
+        message=("26-10: range_sigma_m and azimuth_sigma_deg are probably too small", "scatter"),
+        sensors=_RADARS,
+    ),
+    Mistake(
+        "Radar in the column kind",
+        plots(RADAR, kind=pl.lit("Radar")),
+        message=("26-10: kind is probably wrong", "write radar, adsb, mlat or bearing"),
+    ),
+    Mistake(
+        "one radar without the first half",
+        lambda sample, folder: write(
+            folder,
+            sample.measurements.filter((_TIME > _MIDDLE_S) | (pl.col("sensor_id") != RADAR)),
+            sample.sensors,
+        ),
+        status=0,
+        message=("26-10: its measurements start at 2018-08-01 08:15",),
+    ),
+    Mistake(
+        "10 minutes missing from all sensors",
+        lambda sample, folder: write(
+            folder,
+            sample.measurements.filter(~_TIME.is_between(_MIDDLE_S - 300.0, _MIDDLE_S + 300.0)),
+            sample.sensors,
+        ),
+        status=0,
+        message=("no sensor has measurements from 2018-08-01 08:10",),
+        sensors=("",),
     ),
     Mistake(
         "azimuth 10° in all plots",

@@ -233,7 +233,7 @@ def test_a_standby_that_is_replaying_is_behind_by_the_whole_journal(tmp_path: Pa
     pair.second, pair.journal = pair._service(Looking)  # type: ignore[arg-type]
     pair.standby = Standby(pair.second, pair.journal, SystemClock(), pair._begin)
     pair.standby.start()
-    pair.level()
+    wait_until(lambda: pair.standby.document()["lag_s"] == 0.0, "the standby")
     after = pair.second.view.status()
     pair.stop()
     assert found
