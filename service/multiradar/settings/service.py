@@ -277,9 +277,10 @@ class Settings(BaseSettings):
         name = settings.filter_name
         unused = sorted(_UNUSED.get(name, frozenset()) & self.tracking.model_fields_set)
         if unused:
+            them = "it" if len(unused) == 1 else "them"
             raise ConfigurationError(
                 f"{' and '.join(unused)}: not used by the filter {name}, whose modes have their "
-                f"own settings (imm_…); remove it or choose another filter, such as two-stage"
+                f"own settings (imm_…); remove {them} or choose another filter, such as two-stage"
             )
         return settings
 
