@@ -313,7 +313,10 @@ def _check_agreeing(
     agreement = comparison.agreement(number, pairs)
     found = _first(check_heights(comparison, number, name, agreement, pairs))
     if not comparison.is_radar(number):
-        return found or _first(check_late_positions(comparison, number, name, pairs))
+        return found or _first(
+            check_late_positions(comparison, number, name, pairs),
+            loss_checks.check_position_spread(sensors, number, agreement.spread),
+        )
     radars = [int(one) for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(one)]
     found = found or _first(check_height_offset(comparison, name, number, pairs, radars))
     if found:

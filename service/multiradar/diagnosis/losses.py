@@ -14,6 +14,7 @@ from multiradar.diagnosis.plots import Integers, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import SensorKind
@@ -272,6 +273,17 @@ def check_scatter(
         if scatter >= SCATTER_FACTOR * sigma
     ]  # fmt: skip
     return _of_sigmas(name, found)
+
+
+def check_position_spread(
+    sensors: SensorTable, number: int, spread: tuple[float, float]
+) -> Diagnosis | None:
+    """As `check_spread`, of a sensor that reports positions: spread east and north, m."""
+    name, sigma, scatter = sensors.ids[number], float(sensors.position_sigma_m[number]), max(spread)
+    if not scatter < sigma / NOISE_FACTOR:
+        return None
+    words = f"its positions scatter by {two_digits(scatter)} m about those of other sensors"
+    return _of_sigmas(name, [_WrongSigma("position_sigma_m", "large", sigma, words, "error")])
 
 
 class _WrongSigma(NamedTuple):

@@ -72,3 +72,11 @@ def test_an_azimuth_offset_of_a_radar_is_no_clock_of_the_reports() -> None:
     assert same.diagnosed() == []
     (said,) = same.changed("adsb", time_s=pl.col("time_s") + 1.8).diagnosed()
     assert "adsb: its clock is probably 1.8 s ahead" in said.sentence
+
+
+@pytest.mark.parametrize(("sigma_m", "codes"), [(5000.0, [("adsb", "noise")]), (300.0, [])])
+def test_an_accuracy_far_above_the_scatter_is_reported(
+    sigma_m: float, codes: list[tuple[str, str]]
+) -> None:
+    one = with_reports(recording(positions=True)).configured("adsb", position_sigma_m=sigma_m)
+    assert one.codes() == codes
