@@ -86,7 +86,9 @@ class AlignedInterval(Record):
     time_s: Annotated[float, _number("Centre of the interval", "s")]
     sensor_id: Annotated[str, _text("The sensor")]
     parameter: Annotated[str, _text("The parameter")]
-    estimate: Annotated[float, _number("Estimate from the pairs of the interval", _OF_PARAMETER)]
+    estimate: Annotated[
+        float, _number("Estimate from the plot pairs in the interval", _OF_PARAMETER)
+    ]
     sigma: Annotated[float, _number("Standard deviation of the estimate", _OF_PARAMETER)]
 
 

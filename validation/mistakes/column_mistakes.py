@@ -86,6 +86,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "Radar in the column kind",
         plots(RADAR, kind=pl.lit("Radar")),
+        TRACK,
         message=("26-10: kind is probably wrong", "write radar, adsb, mlat or bearing"),
     ),
     Mistake(
@@ -106,7 +107,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
             sample.sensors,
         ),
         status=0,
-        message=("no sensor has measurements from 2018-08-01 08:10",),
+        message=("no sensor has measurements from 2018-08-01 08:",),
         sensors=("",),
     ),
     Mistake(

@@ -2,8 +2,12 @@
 
 import type OlMap from "ol/Map";
 import type Feature from "ol/Feature";
+import type { Coordinate } from "ol/coordinate";
 import { getCenter } from "ol/extent";
+import type Geometry from "ol/geom/Geometry";
+import GeometryCollection from "ol/geom/GeometryCollection";
 import LineString from "ol/geom/LineString";
+import MultiLineString from "ol/geom/MultiLineString";
 import MultiPolygon from "ol/geom/MultiPolygon";
 import Polygon from "ol/geom/Polygon";
 import VectorLayer from "ol/layer/Vector";
@@ -76,7 +80,7 @@ export class Overlays {
 
   private add(overlay: Overlay, document: unknown): void {
     const features = new GeoJSON().readFeatures(document, { featureProjection: "EPSG:3857" });
-    for (const one of features) one.getGeometry()?.applyTransform(joinedUp);
+    for (const one of features) join(one.getGeometry());
     const layer = new VectorLayer({ source: new VectorSource({ features }), style: () => {
       const colour = OVERLAY_COLOURS[this.view.theme];
       return new Style({
@@ -95,14 +99,25 @@ export class Overlays {
 const WORLD = 2 * Math.PI * 6378137;
 
 /** Lines that are not cut at the antimeridian go straight across it, and not around the world. */
-function joinedUp(given: number[], found: number[] = given, stride = 2): number[] {
-  for (let at = 0; at < given.length; at++) {
-    const [here, before] = [given[at] ?? 0, found[at - stride] ?? given[at] ?? 0];
-    const turns = at % stride === 0 ? Math.round((before - here) / WORLD) : 0;
-    // A frame around the whole world has its edges at both ends.
-    found[at] = Math.abs(here - before) > 0.999 * WORLD ? here : here + turns * WORLD;
+function join(geometry: Geometry | undefined): void {
+  if (geometry instanceof GeometryCollection) for (const one of geometry.getGeometriesArray()) join(one);
+  if (geometry instanceof LineString) geometry.setCoordinates(joinedUp(geometry.getCoordinates()));
+  if (geometry instanceof MultiLineString || geometry instanceof Polygon) {
+    geometry.setCoordinates(geometry.getCoordinates().map(joinedUp));
   }
-  return found;
+  if (geometry instanceof MultiPolygon) {
+    geometry.setCoordinates(geometry.getCoordinates().map((rings) => rings.map(joinedUp)));
+  }
+}
+
+function joinedUp(line: Coordinate[]): Coordinate[] {
+  let worlds = 0;
+  return line.map(([x = 0, ...rest], at) => {
+    const apart = at === 0 ? 0 : x - (line[at - 1]?.[0] ?? x);
+    // A frame around the whole world has its edges at both ends.
+    if (Math.abs(apart) > 0.5 * WORLD && Math.abs(apart) < 0.999 * WORLD) worlds -= Math.sign(apart);
+    return [x + worlds * WORLD, ...rest];
+  });
 }
 
 /** Where the name of a feature stands, if it has one. */

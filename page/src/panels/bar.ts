@@ -15,7 +15,7 @@ export function banner(app: App): TemplateResult | typeof nothing {
 function restarted({ feed, actions }: App): TemplateResult | typeof nothing {
   const { wentBack } = feed;
   if (wentBack === null) return nothing;
-  return html`<p role="alert">The data time stepped back from ${utc(wentBack.fromS)} to ${utc(wentBack.toS)} UTC: the service
+  return html`<p role="alert">The data time jumped back from ${utc(wentBack.fromS)} to ${utc(wentBack.toS)} UTC: the service
     restarted with earlier data, or its clock was set back. The picture continues from the earlier time.
     <button type="button" @click=${() => {
       feed.wentBack = null;

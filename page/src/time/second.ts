@@ -4,7 +4,8 @@ import type { Layer, PixelLayer, Scene } from "../drawing/scene";
 import { word, type Pixels } from "../drawing/pixels";
 import { isShown } from "../view/shown";
 
-const SIZE_PX = 5;
+/** Wider than the symbols of the chosen run, which remain visible inside. */
+const SIZE_PX = 7;
 const VECTOR_S = 60;
 const DOT_PX = 2;
 const OPACITY = 0.6;
@@ -17,7 +18,6 @@ export class SecondRun implements Layer {
     const store = scene.feed.second;
     seen.clear();
     context.strokeStyle = SECOND_COLOURS[view.theme];
-    context.fillStyle = context.strokeStyle;
     context.lineWidth = 1.3;
     for (const track of store.tracks) {
       if (!isShown(track, view, true)) continue;
@@ -57,8 +57,8 @@ export class SecondTrails implements PixelLayer {
 }
 
 /**
- * With the point down: no symbol of the chosen run or of a site has this form. As of the chosen run, it is filled of
- * a confirmed track, open of a tentative and crossed of a coasting one.
+ * With the point down: no symbol of the chosen run or of a site has this form. It is broken of a tentative and crossed
+ * of a coasting track.
  */
 function triangle(context: CanvasRenderingContext2D, x: number, y: number, state: string): void {
   context.beginPath();
@@ -66,7 +66,7 @@ function triangle(context: CanvasRenderingContext2D, x: number, y: number, state
   context.lineTo(x + SIZE_PX, y - SIZE_PX);
   context.lineTo(x, y + SIZE_PX);
   context.closePath();
-  if (state === "confirmed") context.fill();
+  if (state === "tentative") context.setLineDash([2, 2]);
   if (state === "coasting") {
     context.moveTo(x - SIZE_PX - 1, y - SIZE_PX - 1);
     context.lineTo(x + SIZE_PX + 1, y + SIZE_PX + 1);
@@ -74,4 +74,5 @@ function triangle(context: CanvasRenderingContext2D, x: number, y: number, state
     context.lineTo(x - SIZE_PX - 1, y + SIZE_PX + 1);
   }
   context.stroke();
+  context.setLineDash([]);
 }

@@ -51,7 +51,7 @@ def test_a_data_time_that_goes_back_is_announced(page: Page, air: Air) -> None:
     pictured(page, earlier)
     alert = page.get_by_role("alert")
     expect(alert).to_contain_text(
-        f"stepped back from {clock_text(now_s)} to {clock_text(now_s - 100.0)} UTC"
+        f"jumped back from {clock_text(now_s)} to {clock_text(now_s - 100.0)} UTC"
     )
     # Until it was read, also when the picture goes on.
     page.unroute_all(behavior="wait")

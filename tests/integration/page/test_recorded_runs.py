@@ -30,6 +30,8 @@ SECTOR = {
     "geometry": {"type": "Polygon", "coordinates": [[[60, 56], [62, 56], [62, 57], [60, 56]]]},
 }
 MEASURE = "window.multiradar.measure"
+#: Of longitude, in map units.
+METRES_PER_DEGREE = 6_378_137.0 * 3.141592653589793 / 180.0
 
 
 @pytest.fixture(scope="module")
@@ -41,10 +43,19 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     (folder / "sensors.toml").write_text(air.sensors)
     (folder / "shapes").mkdir()
     # Not cut at the antimeridian.
-    airway = {"type": "LineString", "coordinates": [[179.0, 51.0], [-179.0, 53.0]]}
+    airway = {
+        "type": "LineString",
+        "coordinates": [[178.5, 51.0], [-179.5, 52.0], [-179.3, 53.0], [-178.5, 53.0]],
+    }
     airways = {"type": "Feature", "properties": {}, "geometry": airway}
+    # Cut there, as RFC 7946 recommends.
+    cut = {"type": "MultiPolygon", "coordinates": [
+        [[[179, 64], [180, 64], [180, 66], [179, 66], [179, 64]]],
+        [[[-180, 64], [-179, 64], [-179, 66], [-180, 66], [-180, 64]]],
+    ]}  # fmt: skip
+    sector = {"type": "Feature", "properties": {}, "geometry": cut}
     nowhere = {"type": "Feature", "properties": {"name": "nowhere"}, "geometry": None}
-    shapes = {"type": "FeatureCollection", "features": [SECTOR, airways, nowhere]}
+    shapes = {"type": "FeatureCollection", "features": [SECTOR, airways, sector, nowhere]}
     (folder / "shapes" / "sectors.geojson").write_text(json.dumps(shapes))
     (folder / "shapes" / "broken.geojson").write_text('{"type": "Feature"')
     given = [str(folder / "measurements.parquet"), "--sensors", str(folder / "sensors.toml")]
@@ -254,8 +265,12 @@ def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str)
     layer = "window.multiradar.picture.map.getLayers().item(1)"
     assert page.evaluate(f"{layer}.getSource().getFeatures()[0].get('name')") == "<b>N1</b>"
     assert page.evaluate(f"{layer}.getVisible()")
-    extent = page.evaluate(f"{layer}.getSource().getFeatures()[1].getGeometry().getExtent()")
-    assert 0.0 < extent[2] - extent[0] < 300_000.0
+    extents = page.evaluate(
+        f"(([, line, cut]) => [line, ...cut.getPolygons()].map((one) => one.getExtent()))"
+        f"({layer}.getSource().getFeatures().map((one) => one.getGeometry()))"
+    )
+    widths_deg = [(east - west) / METRES_PER_DEGREE for west, _, east, _ in extents]
+    assert widths_deg == pytest.approx([3.0, 1.0, 1.0])
     # Its name takes part in the placing of labels.
     names = "window.multiradar.picture.layers.overlayNames.drawn.join()"
     page.evaluate("window.multiradar.picture.map.getView().setZoom(8)")
@@ -292,8 +307,8 @@ def test_a_radar_whose_plots_are_drawn_has_data(page: Page, shown: str) -> None:
     expect(badges).to_have_count(3)
     settled(page, f"{STORE}.plots.length > 100")
     expect(badges.get_by_text("NO DATA")).to_have_count(0)
-    names = page.evaluate("window.multiradar.picture.layers.layers[1].names.join()")
-    assert "NO DATA" not in names
+    names = "window.multiradar.picture.layers.layers[1].names.join()"
+    settled(page, f"{names} !== '' && !{names}.includes('NO DATA')")
     page.get_by_role("button", name="north").click()
     sheet = page.get_by_role("region", name="Sensor north")
     expect(sheet).to_contain_text("none in the last 2 min")

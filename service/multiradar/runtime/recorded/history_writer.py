@@ -225,7 +225,7 @@ class HistoryWriter:
             _log.warning("%s", self.alarms()[1][-1])
         self._written_s = self._clock.monotonic_s()
         if self.stopped:
-            _log.info("the history is being written again")
+            _log.info("history writing has resumed")
             self.stopped = ""
         self._remove(folder)
         return any(one.more for one in found.values())

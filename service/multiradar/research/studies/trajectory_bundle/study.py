@@ -121,8 +121,8 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         ("best_apart_m", "best, m"),
         ("weighted_apart_m", "weighted, m"),
         ("scatter_m", "scatter, m"),
-        ("end_from_plot_sigma", "end from plot, sigmas"),
-        ("end_from_truth_m", "end of best track, m"),
+        ("end_from_plot_sigma", "end-point distance from plot, sigma"),
+        ("end_from_truth_m", "end-point error of best track, m"),
         ("misfit", "misfit"),
         ("evaluations", "evaluations"),
     )
