@@ -10,7 +10,7 @@ import polars as pl
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import counted
-from multiradar.diagnosis.plots import Integers, Plots
+from multiradar.diagnosis.plots import NORMAL_SPREAD, Integers, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
@@ -51,8 +51,6 @@ _NOISE_OF_OTHERS = 0.5
 #: scatter is that of plots between two others: largest ratio of the two times, longest, s, and
 #: least number.
 SCATTER_FACTOR, _APART_FACTOR, _APART_MAX_S, _SCATTER_MIN = 8.0, 1.5, 15.0, 200
-#: Standard deviation over median absolute deviation, normal distribution.
-_NORMAL_SPREAD = 1.4826
 #: The settings of noise.
 SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
 #: What to check for an unexplained loss, by reject code or outcome.
@@ -258,8 +256,8 @@ def check_scatter(
     across = apart[:, 0] * outward[:, 1] - apart[:, 1] * outward[:, 0]
     of_three = np.sqrt(1.0 + weight[:, 0] ** 2 + (1.0 - weight[:, 0]) ** 2)
     scatters = (
-        _NORMAL_SPREAD * float(np.median(np.abs(along) / of_three)),
-        float(np.degrees(_NORMAL_SPREAD * np.median(np.abs(across) / of_three / range_m[middle]))),
+        NORMAL_SPREAD * float(np.median(np.abs(along) / of_three)),
+        float(np.degrees(NORMAL_SPREAD * np.median(np.abs(across) / of_three / range_m[middle]))),
     )
     found = [
         _WrongSigma(

@@ -27,6 +27,10 @@ CONSPICUITY = tuple(
 )
 
 
+#: Standard deviation of normal numbers over their median absolute value.
+NORMAL_SPREAD = 1.4826
+
+
 @dataclass(frozen=True, slots=True)
 class Rows:
     """Columns of the same length."""

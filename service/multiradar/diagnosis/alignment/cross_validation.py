@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.alignment.fit import Alignment, Problem, fit
 from multiradar.diagnosis.alignment.pairs import Side
-from multiradar.diagnosis.plots import Floats, Integers
+from multiradar.diagnosis.plots import NORMAL_SPREAD, Floats, Integers
 
 #: Aircraft below which there are no folds.
 AIRCRAFT_MIN = 2
-_NORMAL_SPREAD = 1.4826
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,4 +142,4 @@ def middle_and_spread(values: Floats) -> tuple[float, float]:
     if not len(values):
         return np.nan, np.nan
     middle = float(np.median(values))
-    return middle, float(_NORMAL_SPREAD * np.median(np.abs(values - middle)))
+    return middle, float(NORMAL_SPREAD * np.median(np.abs(values - middle)))

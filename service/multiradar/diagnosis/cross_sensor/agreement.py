@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.diagnosis.cross_sensor.references import Pairs
-from multiradar.diagnosis.plots import Floats, Integers, Plots, Site, ground_range
+from multiradar.diagnosis.plots import NORMAL_SPREAD, Floats, Integers, Plots, Site, ground_range
 from multiradar.geodesy.wgs84 import (
     ecef_to_geodetic,
     enu_rotation,
@@ -55,8 +55,6 @@ class Agreement(NamedTuple):
 
 
 NO_AGREEMENT = Agreement(0.0, 0, (0.0, 0.0), np.empty(0, np.int64))
-#: Standard deviation of normal numbers over their median absolute value.
-_NORMAL_SPREAD = 1.4826
 
 
 def polar_agreement(
@@ -191,7 +189,7 @@ def _densest(
     equal = (np.abs(a - best[0]) <= widths[0]) & (np.abs(apart_b) <= widths[1])
     share = len(np.unique(plots[equal])) / compared
     spread = tuple(
-        float(_NORMAL_SPREAD * np.median(np.abs(one[equal] - np.median(one[equal]))))
+        float(NORMAL_SPREAD * np.median(np.abs(one[equal] - np.median(one[equal]))))
         for one in (a, b)
     )
     return Agreement(share, compared, best, rows[equal], (spread[0], spread[1]))

@@ -138,21 +138,19 @@ def check_registration(
 # The best fit with a time offset that changes; its last parameter is the change.
 def _by_change(rows: "_Rows") -> tuple[TrimmedFit, Registration]:
     first_s, duration_s = rows.time_s.min(), max(float(np.ptp(rows.time_s)), 1.0)
-
-    def fitted(part: Floats) -> TrimmedFit:
-        later = rows.flight * part[:, None, None]
-        columns = np.concatenate([rows.biases, rows.flight, later], axis=2)
-        return Equations(rows.apart_m, columns).fit(range(columns.shape[2]))
-
-    drifting = fitted((rows.time_s - first_s) / duration_s)
-    change_s = float(drifting.solution[-1])
-    best = drifting, Registration(change_s=change_s, drift=change_s / duration_s)
-    for at_s in np.unique(np.quantile(rows.time_s, _JUMP_SHARES)).tolist():
-        jumping = fitted((rows.time_s >= at_s).astype(np.float64))
-        if jumping.scale < best[0].scale:
-            change_s = float(jumping.solution[-1])
-            best = jumping, Registration(change_s=change_s, jump_at_s=at_s)
-    return best
+    jumps_s = np.unique(np.quantile(rows.time_s, _JUMP_SHARES)).tolist()
+    parts = [(rows.time_s - first_s) / duration_s, *(rows.time_s >= one for one in jumps_s)]
+    changes = [rows.flight * part[:, None, None] for part in parts]
+    equations = Equations(
+        rows.apart_m, np.concatenate([rows.biases, rows.flight, *changes], axis=2)
+    )
+    count = rows.biases.shape[2] + 1
+    fits = [equations.fit([*range(count), count + number]) for number in range(len(parts))]
+    best = min(range(len(fits)), key=lambda number: fits[number].scale)
+    change_s = float(fits[best].solution[-1])
+    if best == 0:
+        return fits[0], Registration(change_s=change_s, drift=change_s / duration_s)
+    return fits[best], Registration(change_s=change_s, jump_at_s=jumps_s[best - 1])
 
 
 # Errors whose effect depends on aircraft height; `best_m` is the residual under other errors.

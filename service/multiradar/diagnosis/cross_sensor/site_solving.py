@@ -27,7 +27,7 @@ from multiradar.diagnosis.cross_sensor.references import (
     named_paths,
     recorded_pairs,
 )
-from multiradar.diagnosis.plots import Floats, Integers, Plots, Site, positions
+from multiradar.diagnosis.plots import NORMAL_SPREAD, Floats, Integers, Plots, Site, positions
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
 #: Plots of a radar that are compared, at most, and at least; aircraft at least.
@@ -41,7 +41,6 @@ RANGE_PRIOR_M, AZIMUTH_PRIOR_RAD = 500.0, math.radians(0.5)
 REFERENCE_SIGMA_MAX_M = 500.0
 # Residuals beyond so many sigma are of other aircraft; rounds of the fit; rounds of solving.
 _TRIMMED_SIGMAS, _STEPS, _ROUNDS = 3.5, 8, 3
-_NORMAL_SPREAD = 1.4826
 _RANGE_LEAST_M, _AZIMUTH_LEAST_RAD = 5.0, math.radians(0.005)
 _UNKNOWNS = 4
 # Plots without identity are aircraft of their own, with numbers above all identities.
@@ -252,4 +251,4 @@ def _scatter(pulls: Floats, clusters: Integers) -> Floats:
 
 
 def _spread(values: Floats, least: float) -> float:
-    return max(least, float(_NORMAL_SPREAD * np.median(np.abs(values - np.median(values)))))
+    return max(least, float(NORMAL_SPREAD * np.median(np.abs(values - np.median(values)))))
