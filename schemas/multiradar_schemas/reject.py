@@ -7,6 +7,11 @@ from pydantic import Field, model_validator
 
 from multiradar_schemas.base import Record, described
 
+#: What a range beyond range_max_m is expected to be; and the reason of an ASTERIX record of an
+#: unknown source, before its SAC and SIC. The diagnosis recognises both.
+INSTRUMENTED_RANGE = "a range within the instrumented range of the sensor"
+UNKNOWN_SOURCE = "no sensor in the sensors file has this SAC and SIC: "
+
 
 class RejectCode(StrEnum):
     """Stable codes of rejects; each is documented in `docs/reference/fields.md`."""

@@ -16,7 +16,7 @@ from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 from multiradar_schemas.sensors.sensor import SensorKind
 
 _MEASURED = ["time_s", "range_m", "azimuth_deg"]
@@ -29,8 +29,8 @@ VALUE_CODES = (
 )  # fmt: skip
 VALUES_MAX = 0.01
 #: ... and fraction of values outside their limits, as of garbled replies, without the plots beyond
-#: range_max_m, whose reason has these words.
-OUTSIDE_MAX, _BEYOND = 0.1, "instrumented range"
+#: range_max_m.
+OUTSIDE_MAX = 0.1
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
@@ -52,7 +52,7 @@ _NOISE_OF_OTHERS = 0.5
 #: least number.
 SCATTER_FACTOR, _APART_FACTOR, _APART_MAX_S, _SCATTER_MIN = 8.0, 1.5, 15.0, 200
 #: The settings of noise.
-SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
+SIGMAS, _UNITS = ("range_sigma_m", "azimuth_sigma_deg"), (" m", "°")
 #: What to check for an unexplained loss, by reject code or outcome.
 _SETTINGS = {
     "TIME_LATE": "its clock, and reorder_horizon_s in the settings",
@@ -205,10 +205,9 @@ def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
         Standard deviation of the difference in range, m, and azimuth, rad; not less than the noise.
     """
     scatters = spread[0], float(np.degrees(spread[1]))
-    units = " m", "°"
     found: list[_WrongSigma | None] = []
     for setting, sigma, scatter, unit in zip(
-        SIGMAS, sigmas(evidence, name), scatters, units, strict=True
+        SIGMAS, sigmas(evidence, name), scatters, _UNITS, strict=True
     ):
         amount = f"{two_digits(scatter)}{unit}"
         words = f"its plots scatter by {amount} about the positions measured by other sensors"
@@ -266,7 +265,7 @@ def check_scatter(
             "error",
         )
         for setting, sigma, scatter, unit in zip(
-            SIGMAS, sigmas(evidence, name), scatters, (" m", "°"), strict=True
+            SIGMAS, sigmas(evidence, name), scatters, _UNITS, strict=True
         )
         if scatter >= SCATTER_FACTOR * sigma
     ]  # fmt: skip
@@ -424,8 +423,12 @@ def check_values(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | N
     wrong = Counter({code: losses.lost[code] for code in VALUE_CODES if losses.lost[code]})
     many = wrong.total() > VALUES_MAX * losses.known and wrong.total() >= READ_MIN
     outside = losses.lost[RejectCode.OUT_OF_RANGE]
-    reason = evidence.sources[name].reasons.get(RejectCode.OUT_OF_RANGE, _BEYOND)
-    if outside > OUTSIDE_MAX * losses.known and outside >= READ_MIN and _BEYOND not in reason:
+    reason = evidence.sources[name].reasons.get(RejectCode.OUT_OF_RANGE, INSTRUMENTED_RANGE)
+    if (
+        outside > OUTSIDE_MAX * losses.known
+        and outside >= READ_MIN
+        and INSTRUMENTED_RANGE not in reason
+    ):
         wrong[RejectCode.OUT_OF_RANGE] = outside
         many = True
     if not many or losses.share > LOST_MAX:

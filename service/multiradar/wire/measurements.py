@@ -37,7 +37,7 @@ from multiradar_schemas.measurements.directions import (
 )
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 
 #: A range may exceed the instrumented range of its sensor by this factor.
 RANGE_MAX_FACTOR = 1.05
@@ -217,7 +217,7 @@ _GATES = (
     Gate(
         RejectCode.OUT_OF_RANGE,
         "range_m",
-        "a range within the instrumented range of the sensor",
+        INSTRUMENTED_RANGE,
         (pl.col(_KIND) == KIND_RADAR) & (pl.col("range_m") > pl.col(_RANGE_END)),
     ),
 )

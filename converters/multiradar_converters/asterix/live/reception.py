@@ -44,7 +44,7 @@ from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.recent_differences import RecentDifferences
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.reject import UNKNOWN_SOURCE, RejectCode
 
 _DAY_S = 86_400.0
 #: Maximum time of day ahead of its reception, s; beyond, it belongs to the previous day.
@@ -236,7 +236,7 @@ def warm_up() -> None:
 
 
 def _unknown(source: int) -> str:
-    return f"no sensor in the sensors file has this SAC and SIC: {source_name(source)}"
+    return f"{UNKNOWN_SOURCE}{source_name(source)}"
 
 
 def _same(reason: str, _source: int) -> str:

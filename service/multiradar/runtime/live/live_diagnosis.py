@@ -8,7 +8,6 @@ No other thread waits for it, and no output depends on it. Findings hold as in `
 import json
 import logging
 import math
-import re
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -25,7 +24,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow
 from multiradar.tracking.outputs import EngineOutput
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.reject import UNKNOWN_SOURCE, RejectCode
 
 _log = logging.getLogger(__name__)
 
@@ -39,8 +38,6 @@ PERIOD_S = 5.0
 #: and an airport may close at night. A sensor that ends before the others is silent, which its
 #: alarm says until it sends again.
 _OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early", "starts_late", "pause")
-#: The source of a record at the end of its reason.
-_SOURCE = re.compile(r"SAC and SIC: (\d+-\d+)$")
 #: Columns of a table of sensors with a row for each bias parameter; the first is its sensor.
 _OF_PARAMETERS = ("parameter_sensor", "parameter_kind", "prior_mean", "prior_sigma", "drift")
 
@@ -200,9 +197,9 @@ def _is_alike(before: list[NDArray[Any]], now: list[NDArray[Any]]) -> bool:
 # A row rejected at the interface is arbitrary text of the sender; of an ASTERIX record without a
 # sensor, the reason has the source.
 def _sensor_of(row: RejectedRow) -> str:
-    source = _SOURCE.search(row.reason) if row.code == RejectCode.UNKNOWN_SENSOR else None
-    if source is not None:
-        return source[1]
+    source = row.reason.partition(UNKNOWN_SOURCE)[2]
+    if source:
+        return source
     try:
         raw: Any = json.loads(row.raw)
     except ValueError:
