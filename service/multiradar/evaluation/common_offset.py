@@ -1,10 +1,14 @@
-"""An offset that all tracks have in common from the reference: a displaced reference."""
+"""An offset that all tracks have in common from the reference: in position, or in time."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from multiradar.evaluation.instants import Instants
+from multiradar.evaluation.matching import near_pairs
 from multiradar.evaluation.measures.update_errors import UpdateErrors
+from multiradar.evaluation.trajectories import Floats
+from multiradar.report.times import gps_time
 
 #: Aircraft with so many updates count; fewer of them show no common offset.
 UPDATES_MIN, AIRCRAFT_MIN = 20, 4
@@ -15,6 +19,14 @@ OFFSET_MIN_M = 50.0
 SCATTER_MAX, REMAINING_MAX = 0.5, 0.5
 #: From this offset on, m, it is an error: the distance of two datums or antennas is smaller.
 ERROR_MIN_M = 250.0
+#: Time offsets that are tried, s: up to a minute or two, as of leap seconds, and whole hours, as of
+#: time zones; instants at which they are tried, at most.
+LATE_MAX_S, HOUR_S, ZONES_MAX, TRIED_MAX = 120.0, 3600.0, 14, 60
+#: An offset is the cause if with it so much of the time of the aircraft has a track, and this much
+#: more than without it; of so many positions.
+MATCHED_MIN, MATCHED_MORE, POSITIONS_MIN = 0.6, 0.3, 100
+#: Slower aircraft show no time, m/s.
+_SPEED_MIN_MPS = 50.0
 _POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 
 
@@ -73,3 +85,76 @@ def common_offset(errors: UpdateErrors) -> CommonOffset | None:
         "origin?) and the sensor sites",
         size_m >= ERROR_MIN_M,
     )
+
+
+def time_offset(instants: Instants, gate_m: float) -> str | None:
+    """Return the time offset with which the tracks match a reference that they rarely match.
+
+    Parameters
+    ----------
+    instants : Instants
+        Tracks and aircraft, and their assignment.
+    gate_m : float
+        Association radius, m.
+
+    Returns
+    -------
+    str or None
+        A sentence, with the offset; None where no offset explains it.
+    """
+    before = float(np.mean(instants.track_of >= 0))
+    if before > 1.0 - MATCHED_MORE:
+        return None
+    near = int(LATE_MAX_S / instants.step_s)
+    zones = [round(sign * one * HOUR_S / instants.step_s)
+             for one in range(1, ZONES_MAX + 1) for sign in (1, -1)]  # fmt: skip
+    found = [_shifted(instants, gate_m, steps) for steps in (*range(-near, near + 1), *zones)]
+    matched, late_s = max(found, key=lambda one: one[0])
+    if not matched >= max(MATCHED_MIN, before + MATCHED_MORE):
+        return None
+    sense = "ahead of" if late_s > 0.0 else "behind"
+    hours = round(late_s / HOUR_S)
+    size = f"{abs(late_s):.1f} s"
+    hint = gps_time(late_s)
+    if hours:
+        size, hint = f"{size} (about {abs(hours)} h)", ": another time zone?"
+    return (
+        f"the times of the reference are probably {size} {sense} those of the tracks{hint}: "
+        f"without this offset its aircraft have a track within {gate_m:.12g} m (--gate) for "
+        f"{matched:.0%} of their time ({before:.0%} as recorded); correct the times of the "
+        "reference, or those of the tracked recording"
+    )
+
+
+# Fraction of the aircraft that have a track so many instants later, and the time offset of the
+# reference that this implies, s.
+def _shifted(instants: Instants, gate_m: float, steps: int) -> tuple[float, float]:
+    count = len(instants.time_s)
+    common = np.arange(max(0, -steps), min(count, count - steps))
+    wanted = np.zeros(count + 1, np.bool_)
+    wanted[common[np.linspace(0, len(common) - 1, min(TRIED_MAX, len(common))).astype(np.intp)]] = (
+        True
+    )
+    own = np.flatnonzero(wanted[instants.aircraft_instant])
+    at = instants.track_instant - steps
+    other = np.flatnonzero(wanted[np.where((at >= 0) & (at < count), at, count)])
+    if len(own) < POSITIONS_MIN:
+        return 0.0, 0.0
+    first, second, distance_m = near_pairs(
+        instants.aircraft_m[own],
+        instants.aircraft_instant[own],
+        instants.track_m[other],
+        at[other],
+        gate_m,
+    )
+    order = np.lexsort((distance_m, first))
+    _, nearest = np.unique(first[order], return_index=True)
+    first, second = own[first[order][nearest]], other[second[order][nearest]]
+    flown_mps: Floats = instants.track_mps[second]
+    speed_mps = np.hypot(*flown_mps.T)
+    moved_m = instants.track_m[second] - instants.aircraft_m[first]
+    fast = speed_mps >= _SPEED_MIN_MPS
+    if not fast.any():
+        return 0.0, 0.0
+    ahead_s = np.sum(moved_m[fast] * flown_mps[fast], axis=1) / speed_mps[fast] ** 2
+    return len(first) / len(own), float(np.median(ahead_s)) - steps * instants.step_s

@@ -57,7 +57,9 @@ def check_times(tracks: Tracks, reference: Reference) -> None:
     raise InputError(msg)
 
 
-def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_m: float) -> None:
+def check_matched(
+    tracks: Tracks, reference: Reference, track_of: Indices, gate_m: float, why: str | None = None
+) -> None:
     """Reject an evaluation in which no track ever matches an aircraft of the reference.
 
     Parameters
@@ -68,14 +70,18 @@ def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_
         Track assigned to each aircraft at each instant; −1 for none.
     gate_m : float
         Association radius, m.
+    why : str, optional
+        The cause, if it is known.
 
     Raises
     ------
     InputError
-        With times and areas of both.
+        With times and areas of both, or with the cause.
     """
     if np.any(track_of >= 0):
         return
+    if why is not None:
+        raise InputError(why)
     msg = (
         f"no track comes within {gate_m:.12g} m (--gate) of a reference aircraft at any time: "
         f"tracks {_span(tracks.time_s)}, {_area(tracks.position_m, reference)}; reference "

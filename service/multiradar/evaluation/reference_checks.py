@@ -1,11 +1,14 @@
-"""Checks of a reference: rejected rows, independence, offsets of clocks, units of heights."""
+"""Checks of a reference: matches, rejected rows, independence, clocks, units of heights."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.update_errors import UpdateErrors
-from multiradar.evaluation.trajectories import RowCounts, Tracks
+from multiradar.evaluation.overlap import mostly_unknown, outside, rarely_matched
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.trajectories import Reference, RowCounts, Tracks
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: An offset along the course from this time on, s, with this fraction of the updates on one side,
@@ -30,6 +33,28 @@ UNCOVERED_MIN = 0.5
 NAMED_MAX = 3
 #: Lower aircraft show no unit, m.
 HEIGHT_MIN_M = 300.0
+
+
+def poorly_matched(
+    tracks: Tracks, reference: Reference, instants: Instants, settings: EvaluationSettings
+) -> list[str]:
+    """Return warnings where tracks and reference match in a part only.
+
+    Parameters
+    ----------
+    tracks, reference : Tracks, Reference
+        Tracks and reference.
+    instants : Instants
+        Their assignment.
+    settings : EvaluationSettings
+        Gate, and whether the reference may be incomplete.
+    """
+    found = outside(tracks, reference, settings.gate_m)
+    found = found or rarely_matched(instants.track_of, settings.gate_m)
+    if not settings.partial:
+        aircraft = len(reference.names)
+        found += mostly_unknown(instants.track, instants.aircraft_of, aircraft)
+    return found
 
 
 def clock_offset(tracks: Tracks, errors: UpdateErrors) -> list[str]:

@@ -9,6 +9,8 @@ _DAY_S = 86_400.0
 _DATED_FROM_S = 366 * _DAY_S
 #: The years 1 to 9999, which have a calendar date; others are a number of days since 1970.
 _FIRST_S, _END_S = -62_135_596_800.0, 253_402_300_800.0
+#: GPS minus UTC since 2017, s (IERS Bulletin C 52).
+GPS_MINUS_UTC_S, _GPS_WITHIN_S = 18.0, 0.7
 
 
 def is_dated(time_s: float) -> bool:
@@ -55,6 +57,12 @@ def axis_label(times_s: Iterable[float]) -> str:
         return "time of day"
     first, last = _date_text(min(times)), _date_text(max(times))
     return f"UTC, {first}" if first == last else f"UTC, {first} to {last}"
+
+
+def gps_time(late_s: float) -> str:
+    """Return a hint if a clock is ahead by as much as GPS time is of UTC, else nothing."""
+    is_gps = abs(late_s - GPS_MINUS_UTC_S) <= _GPS_WITHIN_S
+    return " (GPS time instead of UTC?)" if is_gps else ""
 
 
 def _date_text(time_s: float) -> str:

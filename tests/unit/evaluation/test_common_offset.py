@@ -1,11 +1,12 @@
-"""An offset that all tracks have in common from the reference."""
+"""An offset that all tracks have in common from the reference, in position or in time."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from multiradar.evaluation.common_offset import common_offset
+from multiradar.evaluation.common_offset import common_offset, time_offset
+from multiradar.evaluation.instants import assign_tracks
 from multiradar.evaluation.measures.update_errors import UpdateErrors, errors_of_updates
 from multiradar.evaluation.settings import EvaluationSettings
 from support.scenarios.skies import reference_of, straight, tracks_of
@@ -70,3 +71,27 @@ def test_errors_that_differ_between_aircraft_are_no_common_offset(offset: Offset
 
 def test_few_aircraft_show_no_common_offset() -> None:
     assert common_offset(errors(lambda _: (500.0, 0.0), aircraft=3)) is None
+
+
+# Courses apart, so that no track comes near another aircraft.
+@pytest.mark.parametrize(
+    ("late_s", "words"),
+    [
+        (18.0, "18.0 s ahead of those of the tracks (GPS time instead of UTC?)"),
+        (-37.0, "37.0 s behind those of the tracks"),
+        (3600.0, "3600.0 s (about 1 h) ahead of those of the tracks: another time zone?"),
+        (1.0, None),
+        (500.0, None),
+    ],
+)
+def test_a_late_reference_is_named_with_its_offset(late_s: float, words: str | None) -> None:
+    times_s, known, found = np.arange(0.0, 7200.0, 12.0), {}, {}
+    for number, course in enumerate(COURSES):
+        found[number] = straight(times_s.tolist(), 90_000.0 * number, 0.0, *course)
+        known[f"a{number}"] = [(row[0] + late_s, *row[1:]) for row in found[number]]
+    instants = assign_tracks(tracks_of(found), reference_of(known), SETTINGS)
+    said = time_offset(instants, SETTINGS.gate_m)
+    assert (said is not None) == (words is not None)
+    if said is not None:
+        assert f"the times of the reference are probably {words}" in said
+        assert "have a track within 2000 m (--gate) for 100% of their time (" in said

@@ -11,6 +11,7 @@ from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Floats, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
+from multiradar.report.times import gps_time
 
 #: Range of clock errors that are reported, s: smaller ones are those of transmission, and across
 #: longer ones an aircraft turns.
@@ -22,8 +23,6 @@ _SPEED_MIN_MPS = 60.0
 _ACROSS_M, _ALIKE_S, _ALIKE = 3000.0, 1.5, 0.1
 #: One time for each scan: so many plots at each time on average, and times this far apart, s.
 _PLOTS_OF_SCAN, _SCAN_MIN_S = 3, 2.0
-#: GPS minus UTC since 2017, s (IERS Bulletin C 52).
-GPS_MINUS_UTC_S, _GPS_WITHIN_S = 18.0, 0.7
 
 
 def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
@@ -91,12 +90,6 @@ def _offsets_m(comparison: Comparison, pairs: Pairs, apart_m: Floats, flown_mps:
         columns[rows, :, 2 * column : 2 * column + 2] = -seen.offsets * PRIOR
     fit = Equations(apart_m, columns).fit(range(columns.shape[2]))
     return np.asarray(columns[:, :, :-1] @ fit.solution[:-1])
-
-
-def gps_time(late_s: float) -> str:
-    """Return a hint if a clock is ahead by as much as GPS time is of UTC, else nothing."""
-    is_gps = abs(late_s - GPS_MINUS_UTC_S) <= _GPS_WITHIN_S
-    return " (GPS time instead of UTC?)" if is_gps else ""
 
 
 def check_late_positions(

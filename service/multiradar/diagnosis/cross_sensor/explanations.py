@@ -13,7 +13,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
     position_agreement,
     seen_from,
 )
-from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, gps_time, late_positions
+from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
@@ -28,6 +28,7 @@ from multiradar.diagnosis.cross_sensor.references import Pairs
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
+from multiradar.report.times import gps_time
 
 #: An error explains a sensor when correcting it raises the fraction that agrees by this much.
 GAIN_MIN = 0.3

@@ -174,17 +174,15 @@ def compared(
         All measures, the figures, and what is wrong with the tracks or the reference.
     """
     from multiradar.evaluation.card.figures import figures_of, row_figures
-    from multiradar.evaluation.common_offset import common_offset
+    from multiradar.evaluation.common_offset import common_offset, time_offset
     from multiradar.evaluation.overlap import (
         check_matched,
-        mostly_unknown,
-        outside,
-        rarely_matched,
     )
     from multiradar.evaluation.reference_checks import (
         clock_offset,
         height_unit,
         mostly_uncovered,
+        poorly_matched,
         rejected_rows,
         shared_sensors,
     )
@@ -217,20 +215,17 @@ def compared(
         radar_plots=radar_plots(chosen.plots()),
         forecasts=read_forecasts(tracks),
     )
-    check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m)
-    sentences = outside(evaluated, known.reference, settings.gate_m) or rarely_matched(
-        card.instants.track_of, settings.gate_m
-    )
-    sentences += clock_offset(evaluated, card.errors) + height_unit(evaluated, card.errors)
+    late = time_offset(card.instants, settings.gate_m)
+    check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m, late)
+    sentences = height_unit(evaluated, card.errors)
+    if late is None:
+        sentences += poorly_matched(evaluated, known.reference, card.instants, settings)
+        sentences += clock_offset(evaluated, card.errors)
     # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
     named_alike = {one.id for one in listed if one.kind != "adsb"}
     sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
-    if not settings.partial:
-        instants = card.instants
-        aircraft = len(known.reference.names)
-        sentences += mostly_unknown(instants.track, instants.aircraft_of, aircraft)
     offset = common_offset(card.errors)
-    findings = [*known.findings]
+    findings = [*known.findings, *filter(None, [late])]
     if offset is not None:
         (findings if offset.dominates else sentences).append(offset.sentence)
     for sentence in sentences:
