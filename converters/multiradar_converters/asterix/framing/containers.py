@@ -3,7 +3,8 @@
 ==================  =============================================================================
 `.ast` `.raw` …     concatenated blocks
 `.gps`              a header of 2 200 octets (0xCD), then blocks, each followed by ten octets, of
-                    which the 7th to the 9th are the time of day of its reception in 1/128 s
+                    which the 7th to the 9th are the time of day of its reception in 1/128 s; some
+                    tools remove the header
 `.pcap` `.pcapng`   packets; see `capture`
 `.rply`             datagrams with the time between them; see `replay_file`
 `.ff` `.astfin`     datagrams in envelopes with their time of day; see `final_format`
@@ -57,6 +58,9 @@ SKIPPED = (31,)
 
 #: Forms of recordings. The datagrams of `FINAL_FORMAT` are in envelopes, see `final_format`.
 BLOCKS, GPS, CAPTURE, REPLAY_FILE, FINAL_FORMAT = "blocks", "gps", "capture", "rply", "final"
+GPS_BARE = "gps without header"
+#: Octets of the header by form, of files whose blocks have a trailer.
+GPS_HEADERS = {GPS: GPS_HEADER, GPS_BARE: 0}
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ class Blocks:
     size : int
         Its size, octets.
     form : str
-        blocks, gps, capture, rply or final.
+        blocks, gps, gps without header, capture, rply or final.
     data : uint8[b]
         The octets of the file, followed by reassembled payloads.
     begins, ends : int64[n]
@@ -168,7 +172,7 @@ def form_of(path: Path, data: NDArray[np.uint8]) -> str:
         return FINAL_FORMAT
     if is_replay_file(data):
         return REPLAY_FILE
-    return GPS if _is_gps(path, data) else BLOCKS
+    return _form_by_blocks(path, data)
 
 
 def split_octets(path: Path, data: NDArray[np.uint8], form: str) -> tuple[Blocks, Datagrams | None]:
@@ -200,11 +204,11 @@ def split_octets(path: Path, data: NDArray[np.uint8], form: str) -> tuple[Blocks
 
 
 def _without_datagrams(path: Path, data: NDArray[np.uint8], form: str) -> Blocks:
-    if form == GPS:
-        begins, ends, gaps = split(data, GPS_HEADER, GPS_TRAILER)
+    if form in GPS_HEADERS:
+        begins, ends, gaps = split(data, GPS_HEADERS[form], GPS_TRAILER)
         trailers = ends[:, None] + np.arange(GPS_TRAILER)[_RECEPTION]
         received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
-        framing = GPS_HEADER + GPS_TRAILER * len(begins)
+        framing = GPS_HEADERS[form] + GPS_TRAILER * len(begins)
         cut = _cut(data, begins, gaps, GPS_TRAILER)
         return Blocks(
             path.name, len(data), form, data, begins, ends, begins, received, gaps, framing, cut
@@ -277,16 +281,20 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
     return data
 
 
-def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
-    """Return whether a file has the header or, by its name only, whether that fits better."""
-    if len(data) < GPS_HEADER:
-        return False
-    if bool((data[:GPS_HEADER] == _HEADER_OCTET).all()):
-        return True
+# GPS by the header, or by the name where that fits better, with a header of other octets or none.
+def _form_by_blocks(path: Path, data: NDArray[np.uint8]) -> str:
+    if len(data) >= GPS_HEADER and bool((data[:GPS_HEADER] == _HEADER_OCTET).all()):
+        return GPS
     if path.suffix.lower() != ".gps":
-        return False
-    as_gps, as_blocks = (split(data, *form)[2] for form in ((GPS_HEADER, GPS_TRAILER), (0, 0)))
-    return sum(octets for _, octets, _ in as_gps) < sum(octets for _, octets, _ in as_blocks)
+        return BLOCKS
+    forms = {BLOCKS: (0, 0), GPS: (GPS_HEADER, GPS_TRAILER), GPS_BARE: (0, GPS_TRAILER)}
+    # A header counts as octets that do not fit: it is one only if the blocks do not begin before.
+    unread = {
+        form: header + sum(octets for _, octets, _ in split(data, header, trailer)[2])
+        for form, (header, trailer) in forms.items()
+        if len(data) >= header
+    }
+    return min(unread, key=lambda form: unread[form])
 
 
 def split(

@@ -15,8 +15,7 @@ from multiradar_converters.asterix.framing import capture
 from multiradar_converters.asterix.framing.containers import (
     BLOCKS,
     CAPTURE,
-    GPS,
-    GPS_HEADER,
+    GPS_HEADERS,
     GPS_TRAILER,
     Blocks,
     form_of,
@@ -71,8 +70,8 @@ def block_windows(path: Path, octets: int = WINDOW_OCTETS) -> Iterator[Blocks]:
 
 def _head(data: NDArray[np.uint8], form: str) -> NDArray[np.uint8]:
     """Return the octets of a file without which the rest cannot be read."""
-    if form == GPS:
-        return data[:GPS_HEADER]
+    if form in GPS_HEADERS:
+        return data[: GPS_HEADERS[form]]
     if form == CAPTURE:
         return data[: capture.head_octets(data)]
     return data[:0]
@@ -81,12 +80,12 @@ def _head(data: NDArray[np.uint8], form: str) -> NDArray[np.uint8]:
 def _end(blocks: Blocks) -> int:
     """Return where the next window begins in the data of this one."""
     size = blocks.size
-    if blocks.form in (BLOCKS, GPS):
+    if blocks.form in (BLOCKS, *GPS_HEADERS):
         limit = size - _MARGIN
         late = np.searchsorted(blocks.begins, limit)
         if late < len(blocks.begins):
             return int(blocks.begins[late])
-        trailer = GPS_TRAILER if blocks.form == GPS else 0
+        trailer = GPS_TRAILER if blocks.form in GPS_HEADERS else 0
         return max(limit, int(blocks.ends.max(initial=-trailer)) + trailer)
     # Incomplete fragments of a capture are gaps inside packets.
     gaps = [
@@ -104,9 +103,9 @@ def _until(blocks: Blocks, end: int) -> Blocks:
     if end == blocks.size:
         return blocks
     own, trailers = np.ones(len(blocks.begins), dtype=np.bool_), 0
-    if blocks.form in (BLOCKS, GPS):
+    if blocks.form in (BLOCKS, *GPS_HEADERS):
         own = blocks.begins < end
-        trailers = GPS_TRAILER * int((~own).sum()) if blocks.form == GPS else 0
+        trailers = GPS_TRAILER * int((~own).sum()) if blocks.form in GPS_HEADERS else 0
     return replace(
         blocks,
         size=end,

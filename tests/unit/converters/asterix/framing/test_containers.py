@@ -143,6 +143,17 @@ def test_a_gps_recording_with_another_header_is_reported_by_its_name(
     assert read_blocks(path).form == "blocks"
 
 
+def test_a_gps_recording_without_its_header_loses_no_block(tmp_path: Path) -> None:
+    """Regression: its first 2 200 octets were skipped as a header, without a message."""
+    path = tmp_path / "recording.gps"
+    rows = [(float(number), (ONE, TWO, NORTH)[number % 3]) for number in range(90)]
+    path.write_bytes(gps(rows)[2200:])
+    blocks = read_blocks(path)
+    assert cut(blocks) == [one for _, one in rows]
+    assert (blocks.form, blocks.gaps, blocks.framing) == ("gps without header", [], 900)
+    assert blocks.received_s.tolist() == [time_s for time_s, _ in rows]
+
+
 def test_a_gps_recording_goes_on_after_noise(tmp_path: Path) -> None:
     whole = gps([(1.0, ONE)]) + octets("ff 0000 11") + gps([(2.0, TWO), (3.0, NORTH)])[2200:]
     blocks = read(tmp_path, whole)

@@ -13,7 +13,7 @@ from support.asterix.octets import block, datagram, final_format, gps, pcap, pca
 
 WINDOW = 1 << 18
 COUNT = 30_000
-FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut", "next")
+FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut", "next", "bare")
 
 
 def blocks() -> list[bytes]:
@@ -34,6 +34,7 @@ def recordings() -> dict[str, bytes]:
         "blocks": b"".join(some),
         "damaged": b"".join(damaged),
         "gps": gps(zip(times, some, strict=True)),
+        "bare": gps(zip(times, some, strict=True))[2200:],
         "final": final_format(zip(times, some, strict=True)),
         "rply": rply((100, one) for one in some),
         "capture": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True)),
@@ -57,7 +58,7 @@ def octets(parts: list[Blocks]) -> int:
 @pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_windows_have_the_blocks_of_the_whole(form: str, tmp_path: Path) -> None:
-    path = tmp_path / "recording"
+    path = tmp_path / ("recording.gps" if form == "bare" else "recording")
     path.write_bytes(recordings()[form])
     whole, parts = read_blocks(path), list(block_windows(path, WINDOW))
     assert len(parts) > 2
