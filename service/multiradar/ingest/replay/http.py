@@ -30,6 +30,8 @@ _ACCEPTED = 200
 _NOT_READY = 503
 #: No row could be read; the answer has the counts all the same.
 _NONE_ACCEPTED = 422
+#: A web server without these addresses or methods; a proxy answers with other codes.
+_OTHER_SERVERS = frozenset({404, 405, 501})
 
 
 class Encoding(StrEnum):
@@ -91,6 +93,8 @@ class HttpDestination:
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
+            if not document:
+                raise _another_server(response) from error
             msg = f"{response.url}: expected the counts of the batch, was {response.text[:200]!r}"
             raise PeerError(msg) from error
 
@@ -196,7 +200,20 @@ def _document(response: httpx.Response) -> dict[str, Any]:
     return document if isinstance(document, dict) else {}
 
 
+def _another_server(response: httpx.Response) -> PeerError:
+    kind = response.headers.get("content-type", "no content type").partition(";")[0]
+    return PeerError(
+        f"{response.url}: another web server than multiradar responded ({response.status_code} "
+        f"{response.reason_phrase}, {kind}); specify the address of the service with --to"
+    )
+
+
 def _rejection(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
+    if response.has_redirect_location:
+        where = response.headers["location"]
+        return PeerError(f"{response.url}: redirects to {where}; specify the address with --to")
+    if response.status_code in _OTHER_SERVERS and "code" not in problem:
+        return _another_server(response)
     reason = problem.get("detail") or problem.get("title") or response.reason_phrase
     if problem.get("code") == "STREAM_IS_LIVE":
         return StreamGoesOnError(f"the stream was not ended: {reason}")

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 
 import httpx
 import polars as pl
@@ -63,6 +64,24 @@ def test_a_feed_that_may_not_end_the_stream_has_sent_everything() -> None:
     with pytest.raises(PeerError, match="rejected with 403") as caught:
         destination.send(_batch(), "k")
     assert not isinstance(caught.value, StreamGoesOnError)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (httpx.Response(404, html="<html></html>"),
+         "another web server than multiradar responded (404 Not Found, text/html); specify the"),
+        (httpx.Response(405, json={"detail": "Method Not Allowed"}), "(405 Method Not Allowed, "),
+        (httpx.Response(501), "(501 Not Implemented, no content type)"),
+        (httpx.Response(200, html="<html></html>"), "responded (200 OK, text/html)"),
+        (httpx.Response(301, headers={"location": "https://service/"}), "redirects to https://serv"),
+        (httpx.Response(404, json={"code": "NOT_FOUND", "detail": "no such"}), "rejected with 404"),
+        (httpx.Response(413, html="<html></html>"), "rejected with 413"),
+    ],
+)  # fmt: skip
+def test_another_web_server_is_named(answer: httpx.Response, words: str) -> None:
+    with pytest.raises(PeerError, match=re.escape(words)):
+        _service(answer).send(_batch(), "k")
 
 
 @pytest.mark.parametrize("status", [429, 502, 503, 504, 507])
@@ -148,7 +167,7 @@ def test_a_rejection_reports_the_reason_of_the_service(status: int) -> None:
 
 @pytest.mark.parametrize("body", [b"", b"<html>", b"[]", b'{"accepted": "x"}'])
 def test_an_answer_that_is_not_of_this_service_is_rejected(body: bytes) -> None:
-    with pytest.raises(PeerError, match="expected the counts"):
+    with pytest.raises(PeerError, match=r"expected the counts|another web server"):
         _service(httpx.Response(200, content=body)).send(_batch(), "k")
 
 

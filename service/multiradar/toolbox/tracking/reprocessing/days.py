@@ -10,6 +10,7 @@ from pathlib import Path
 from multiradar.errors import ArgumentError, DataWarning, InputError
 from multiradar.storage.recording import measurements_path
 from multiradar.toolbox.messages.warning import warn
+from multiradar_schemas.documents.contents import DUMP, MEASUREMENTS, content
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 _CHUNK = 1 << 20
@@ -70,6 +71,12 @@ def find_days(folder: Path) -> list[Day]:
         what = "not a folder" if folder.exists() else "no such folder"
         raise InputError(f"{folder}: {what}")
     days = [Day("", date, path) for date, path in _dated(folder)]
+    was = None if days else content(folder)
+    if was in (*MEASUREMENTS, DUMP):
+        raise InputError(
+            f"{folder}: expected a folder with day folders such as {folder}/2026-11-20, was {was}; "
+            "use `track` for a single recording, or move it into a folder named after its date"
+        )
     regions: list[Day] = []
     for inner in sorted(folder.iterdir()):
         if not inner.is_dir() or inner.name.startswith(".") or _is_date(inner.name):
