@@ -46,6 +46,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_nearer_than_height,
     check_range_unit,
     check_scan_period,
+    check_time_rate,
     check_two_radars,
 )
 from multiradar.diagnosis.cross_sensor.radar_groups import grouped
@@ -85,6 +86,14 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     found += loss_checks.check_copied_sensors(evidence)
     named = {one.sensor_id for one in found}
     comparison = Comparison(evidence)
+    rate = check_time_rate(
+        (comparison.plots(one), comparison.period_s(one))
+        for one in comparison.numbers
+        if comparison.is_radar(one)
+    )
+    if rate is not None:
+        # Speeds and scans of all sensors would have other causes.
+        return [*found, rate]
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
     for name in known:
         if name not in named:

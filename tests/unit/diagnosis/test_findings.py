@@ -16,6 +16,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from support.inputs.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
+    START_S,
     Edit,
     Recording,
     on_the_ground,
@@ -59,6 +60,12 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
         lambda one: one.configured(NAME, longitude_deg=SITE[1] + 0.005), "site",
     ),
     "ranges 2 % too long": (lambda one: one.changed(NAME, range_m=RANGE * 1.02), "range_gain"),
+    "azimuths 1 % too small": (
+        lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * 0.99), "azimuth_scale",
+    ),
+    "361 counts for 360": (
+        lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * (360.0 / 361.0)), "azimuth_scale",
+    ),
     "range offset of 180 m held at 0": (
         lambda one: biased(one, range_offset_m={"prior": 0.0, "prior_sigma": 1.0}), "bias",
     ),
@@ -262,6 +269,21 @@ def test_two_feeds_of_a_radar_are_named(copies: float, *, known: bool) -> None:
 @pytest.mark.parametrize("factor", [0.85, 0.93, 1.07])
 def test_heights_of_a_hot_or_a_cold_day_are_no_mistake_of_a_site(factor: float) -> None:
     assert recording().changed(*RADARS, height_m=HEIGHT * factor).diagnosed() == []
+
+
+# The scan periods of the radars differ, and all are wrong by the same factor.
+@pytest.mark.parametrize("factor", [2.0, 0.5, 1.2])
+def test_times_that_run_at_another_rate_are_no_error_of_the_radars(factor: float) -> None:
+    (said,) = recording().changed(*RADARS, time_s=START_S + factor * (TIME - START_S)).diagnosed()
+    assert (said.sensor_id, said.code) == ("", "time_rate")
+    assert f"the recording probably advance {factor:g} s per second: all 3 radars" in said.sentence
+
+
+def test_the_same_wrong_period_of_all_radars_is_no_rate_of_the_times() -> None:
+    one = recording()
+    for name in RADARS:
+        one = one.configured(name, rotation_period_s=12.0)
+    assert one.codes() == [(name, "rotation_period") for name in RADARS]
 
 
 def test_ground_ranges_of_two_radars_are_named_at_both() -> None:

@@ -39,9 +39,10 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
 #: Kinds of errors.
-SHIFT, GAIN, CLOCK = "shift", "gain", "clock"
-#: Minimum error that is reported: shift of a site, m, relative error of ranges, time, s.
-LEAST = {SHIFT: 150.0, GAIN: 0.002, CLOCK: 0.2}
+SHIFT, GAIN, SCALE, CLOCK = "shift", "gain", "scale", "clock"
+#: Minimum error that is reported: shift of a site, m, of ranges and azimuths in proportion, time, s.
+#: Azimuth errors that vary with the sine of the azimuth, of up to 0.3°, resemble one of 0.16 %.
+LEAST = {SHIFT: 150.0, GAIN: 0.002, SCALE: 0.0025, CLOCK: 0.2}
 #: An error is significant from this multiple of its standard deviation on.
 SIGMAS = 8.0
 #: Aircraft and pairs that an error needs; pairs in a fit, at most.
@@ -57,11 +58,14 @@ APART_MAX_M = 20_000.0
 _REMEDIES = {
     SHIFT: "latitude_deg and longitude_deg in the sensors file",
     GAIN: "the ranges, or set bias.range_gain in the sensors file",
+    SCALE: "the unit of the azimuths (counts per revolution?)",
     CLOCK: "its times, or set bias.time_offset_s in the sensors file",
 }
+_SCALED = {GAIN: ("ranges", "long", "short"), SCALE: ("azimuths", "large", "small")}
+_CODES = {SHIFT: "site", GAIN: "range_gain", SCALE: "azimuth_scale"}
 # Sizes of the columns of a fit: range m, azimuth rad and time s of a radar; each kind of error.
 _OFFSETS = (500.0, float(np.radians(0.5)), 1.0)
-_STEPS = {SHIFT: 1000.0, GAIN: 0.01, CLOCK: _OFFSETS[2]}
+_STEPS = {SHIFT: 1000.0, GAIN: 0.01, SCALE: 0.01, CLOCK: _OFFSETS[2]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +75,12 @@ class SiteError:
     Attributes
     ----------
     kind : str
-        `SHIFT`, `GAIN` or `CLOCK`.
+        `SHIFT`, `GAIN`, `SCALE` or `CLOCK`.
     radars : tuple of int
         Rows of the radars, or of a sensor that reports positions, in the table of sensors.
     value : tuple of float
         Configured minus true site, or reported minus true position, east and north, m, ratio of
-        measured to true range minus 1, or claimed minus true time, s.
+        measured to true range or azimuth minus 1, or claimed minus true time, s.
     before_m, after_m : float
         Median residual of the pairs with these radars as configured and with the error corrected,
         m.
@@ -142,6 +146,7 @@ class JointFit:
         candidates = [(SHIFT, one) for one in _sites(self._comparison, radars)]
         candidates += [(SHIFT, (one,)) for one in self._reporting()]
         candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
+        candidates += [(SCALE, (one,)) for one in radars]
         return self._search(self._rows, candidates, {})
 
     def clock_errors(self) -> list[tuple[SiteError, ...]]:
@@ -254,7 +259,7 @@ def check_site_errors(
     for likely in (one for fit in joint for one in fit.site_errors()):
         radars.update(one for error in likely for one in error.radars)
         sentence = _sentence(sensors, likely[0], likely[1:])
-        code = "site" if likely[0].kind == SHIFT else "range_gain"
+        code = _CODES[likely[0].kind]
         code = code if _is_sited(sensors, likely[0]) else "positions_displaced"
         found.append(Diagnosis(sensors.ids[likely[0].radars[0]], code, sentence))
     return radars, found
@@ -294,9 +299,10 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
     if error.kind == CLOCK:
         sense = "ahead" if error.value[0] > 0.0 else "behind"
         return f"{names}: its clock is probably {abs(error.value[0]):.2f} s {sense}"
-    if error.kind == GAIN:
-        sense = "long" if error.value[0] > 0.0 else "short"
-        return f"{names}: its ranges are probably {abs(error.value[0]):.1%} too {sense}"
+    if error.kind in (GAIN, SCALE):
+        what, *senses = _SCALED[error.kind]
+        sense = senses[error.value[0] < 0.0]
+        return f"{names}: its {what} are probably {abs(error.value[0]):.1%} too {sense}"
     # Configured minus true site, but reported minus true position.
     sign = -1.0 if _is_sited(sensors, error) else 1.0
     east_m, north_m = sign * error.value[0], sign * error.value[1]
@@ -421,7 +427,7 @@ def _radars_of(comparison: Comparison, rows: _Rows) -> list[int]:
     return [one for one in names if comparison.is_radar(one)]
 
 
-# A shift of the site, (k, 2, 2), or a gain of the ranges, (k, 2, 1).
+# A shift of the site, (k, 2, 2), or a factor of the ranges or azimuths, (k, 2, 1).
 def _error_columns(
     comparison: Comparison, rows: _Rows, kind: str, radars: tuple[int, ...]
 ) -> Floats:
@@ -429,7 +435,12 @@ def _error_columns(
         return np.eye(2) * _STEPS[kind] * _sign(rows, radars)
     found = np.zeros((len(rows.own), 2, 1))
     some, sign, seen = _seen(comparison, rows, radars[0])
-    found[some] = (seen.along * (seen.range_m * _STEPS[kind])[:, None])[:, :, None] * sign
+    value, direction = seen.range_m, seen.along
+    if kind == SCALE:
+        # The azimuth from 0 to 2π, of which it is a fraction; it moves a plot across.
+        azimuth_rad = np.arctan2(seen.along[:, 0], seen.along[:, 1]) % (2.0 * np.pi)
+        value, direction = seen.range_m * azimuth_rad, seen.across
+    found[some] = (direction * (value * _STEPS[kind])[:, None])[:, :, None] * sign
     return found
 
 

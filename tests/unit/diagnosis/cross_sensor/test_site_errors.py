@@ -11,6 +11,7 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
     AIRCRAFT_MIN,
     GAIN,
     PAIRS_MIN,
+    SCALE,
     SHIFT,
     JointFit,
 )
@@ -67,4 +68,5 @@ def test_what_reports_positions_may_be_shifted_as_the_site_of_a_radar(
     monkeypatch.setattr(JointFit, "_is_given", lambda _, one, kind: one == 1)
     monkeypatch.setattr(JointFit, "_search", lambda _, rows, found, known: asked.append(found))
     fits.site_errors()
-    assert asked == [[(SHIFT, (0,)), (SHIFT, (1,)), (SHIFT, (2,)), (GAIN, (0,))]]
+    shifts = [(SHIFT, (one,)) for one in range(3)]
+    assert asked == [[*shifts, (GAIN, (0,)), (SCALE, (0,)), (SCALE, (1,))]]
