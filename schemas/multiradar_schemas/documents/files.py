@@ -84,7 +84,8 @@ def parse_toml(text: str, *, source: str) -> Document:
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise DocumentError(source, f"not valid TOML: {error}{_hint(text)}") from error
+        hint = _hint(text) or _hint_of(str(error))
+        raise DocumentError(source, f"not valid TOML: {error}{hint}") from error
     return Document(source, values, key_lines(text))
 
 
@@ -97,6 +98,14 @@ def _hint(text: str) -> str:
     names = [name for _, name in headers]
     repeated = [name for bracket, name in headers if bracket == "[" and names.count(name) > 1]
     return f"; write [[{repeated[0]}]] for each [{repeated[0]}]" if repeated else ""
+
+
+def _hint_of(message: str) -> str:
+    if not message.startswith("Cannot overwrite a value"):
+        return ""
+    return (
+        "; the key is already in this table: a header such as [[sensor]] may be missing before it"
+    )
 
 
 def validated(

@@ -101,13 +101,23 @@ def _mistake(
         return f"{_where(location[:-1], values)}{unknown(key, location[-1], known)}"
     where = _where(location, values)
     if kind in _ABSENT:
-        return f"{where}missing"
+        return f"{where}missing{_of_tables(model, location)}"
     if kind == "literal_error" and isinstance(value, str):
         return f"{where}{unknown_choice(value, details['ctx']['expected'])}"
     bounds = _bounds(model, details)
     if bounds:
         return f"{where}expected a number {bounds}, was {shown(value)}"
     return f"{where}{_expected(kind, details)}"
+
+
+# What a missing list of tables looks like.
+def _of_tables(model: type[BaseModel], location: Path) -> str:
+    field = _field(model, location)
+    if field is None or get_origin(field.annotation) not in {tuple, list}:
+        return ""
+    if not any(True for _ in _models(field.annotation)):
+        return ""
+    return f"; write [[{location[-1]}]] before the keys of each {location[-1]}"
 
 
 def _expected(kind: str, details: Mapping[str, Any]) -> str:

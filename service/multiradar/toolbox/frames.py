@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MultiradarError
+from multiradar.toolbox.arguments import checked_value
 from multiradar.toolbox.output import Output, PathLike
 from multiradar_converters.leftovers import temporary_folder
 
@@ -55,20 +56,25 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
     InputError
         It is not a table.
     """
-    if isinstance(given, pl.DataFrame):
-        return given
-    if isinstance(given, pl.LazyFrame):
-        return given.collect()
+    if isinstance(given, pl.DataFrame | pl.LazyFrame):
+        return _not_empty(given.lazy().collect(), name)
     if isinstance(given, Output):
         return given.table(name)
     structured = isinstance(given, np.ndarray) and given.dtype.names is not None
     try:
         if structured or isinstance(given, ArrowTable | Mapping) or _are_rows(given):
-            return _without_objects(pl.DataFrame(given, nan_to_null=structured))  # type: ignore[arg-type]  # checked above
+            frame = pl.DataFrame(given, nan_to_null=structured)  # type: ignore[arg-type]  # checked above
+            return _without_objects(_not_empty(frame, name))
     except (pl.exceptions.PolarsError, TypeError, ValueError, ImportError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
         raise InputError(f"{name}: cannot be read as a table: {reason}") from error
     raise InputError(f"{name}: expected a path or a table, was {type(given).__name__}")
+
+
+def _not_empty(frame: pl.DataFrame, name: str) -> pl.DataFrame:
+    if not frame.width:
+        raise InputError(f"{name}: an empty table, without columns and rows")
+    return frame
 
 
 def _without_objects(frame: pl.DataFrame) -> pl.DataFrame:
@@ -108,7 +114,7 @@ def as_file(given: object, name: str) -> Iterator[tuple[Path, str]]:
     if isinstance(given, Output):
         given = given.folder
     if isinstance(given, str | Path):
-        yield Path(given), str(given)
+        yield Path(checked_value(name, given, PathLike)), str(given)
         return
     frame = to_polars(given, name)
     with temporary_folder("multiradar-table-") as folder:

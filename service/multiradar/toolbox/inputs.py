@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from multiradar.clock import SystemClock
 from multiradar.errors import ArgumentError, ConfigurationError, DataWarning, InputError
-from multiradar.toolbox.arguments import typed
+from multiradar.toolbox.arguments import checked_value, typed
 from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import PathLike
 from multiradar_converters.leftovers import temporary_folder
@@ -214,7 +214,7 @@ def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
     if isinstance(given, str | Path):
-        path = Path(given)
+        path = Path(checked_value("sensors", given, PathLike))
         if path.exists() and not (path.is_file() or path.is_dir()):
             msg = f"{path}: expected a file, was a pipe or a device; write the sensors to a file"
             raise ConfigurationError(msg)

@@ -68,6 +68,9 @@ def checked_kinds(kinds: Collection[str] | None) -> frozenset[str] | None:
 
     if kinds is None:
         return None
+    if not kinds:
+        msg = f"`kinds`: expected at least one of {', '.join(KINDS)}, found none"
+        raise ArgumentError(msg, "kinds")
     for kind in kinds:
         if kind not in KINDS:
             raise ArgumentError(f"`kinds`: {unknown('kind', kind, KINDS)}", "kinds")

@@ -29,6 +29,10 @@ def nothing_left(folder: Path) -> bool:
         (lambda p: replace(p / "plots.txt", b"azimuth", b"azimut"), "missing column azimuth"),
         (lambda p: replace(p / "plots.txt", b"h\tcode", b"h\th"), "missing column code"),
         (lambda p: replace(p / "tracks.txt", b"code", b"code\tlat"), "repeats lat"),
+        *(
+            (lambda p, name=name: headless(p / name), f"{name}: the header line is missing: the f")
+            for name in ("plots.txt", "tracks.txt", "plots_ads.txt")
+        ),
         (lambda p: recode(p / "plots.txt", "utf-16"), "found UTF-16"),
         (lambda p: recode(p / "plots.txt", "utf-16-le"), "found UTF-16"),
         (lambda p: recode(p / "plots.txt", "utf-16-be"), "found UTF-16"),
@@ -45,6 +49,10 @@ def test_a_dump_that_cannot_be_read_is_named_and_leaves_nothing(
 
 def replace(path: Path, old: bytes, new: bytes) -> None:
     path.write_bytes(path.read_bytes().replace(old, new, 1))
+
+
+def headless(path: Path) -> None:
+    path.write_bytes(path.read_bytes().partition(b"\n")[2])
 
 
 def recode(path: Path, encoding: str) -> None:

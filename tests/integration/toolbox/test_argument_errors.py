@@ -75,12 +75,28 @@ def test_options_of_a_conversion_are_checked(tmp_path: Path) -> None:
 def test_an_empty_table_is_an_error(made: Path) -> None:
     with pytest.raises(InputError, match=r"^measurements: no measurements$"):
         mr.track(_table(made)[:0], _sensors(made))
+    tables: tuple[Any, ...] = ([], {}, pl.DataFrame(), [{}])
+    for empty in tables:
+        with pytest.raises(InputError, match="measurements: an empty table, without columns"):
+            mr.track(empty, _sensors(made))
+
+
+def test_an_empty_text_is_no_path(made: Path) -> None:
+    """Regression: it was taken for the working directory."""
+    for call, name in (
+        (lambda: mr.track("", _sensors(made)), "measurements"),
+        (lambda: mr.track(made / "scene", ""), "sensors"),
+        (lambda: mr.convert(made / "scene", out=""), "out"),
+    ):
+        with pytest.raises(ArgumentError, match=f"`{name}`: expected a path, was an empty text"):
+            call()
 
 
 @pytest.mark.parametrize(
     ("options", "kind", "sentence"),
     [
         ({"kinds": ["radr"]}, ArgumentError, "`kinds`: unknown kind 'radr' (did you mean 'radar'"),
+        ({"kinds": []}, ArgumentError, "`kinds`: expected at least one of radar, adsb, mlat, bea"),
         ({"hide": ["mode3a"]}, ArgumentError, "`hide`: unknown field 'mode3a'"),
         (
             {"filter": "im"},

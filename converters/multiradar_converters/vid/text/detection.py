@@ -199,6 +199,13 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
     folded = {name.casefold(): name for name in expected if name not in given}
     given = [name if name in expected else folded.get(name.casefold(), name) for name in given]
     missing = [name for name in expected if name not in given]
+    if missing and len(missing) == len(expected) and any(map(_is_number, given)):
+        msg = (
+            f"{path.name}: the header line is missing: the first line contains values, not names "
+            f"({_shown(given)}); add a line with the names of the columns, or name them in "
+            "[headers] of a profile"
+        )
+        raise LayoutError(msg)
     if missing:
         msg = (
             f"{path.name}: missing column{'s' * (len(missing) > 1)} {', '.join(missing)}; expected "
@@ -210,6 +217,14 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
         msg = f"{path.name}: the header repeats {', '.join(twice)}"
         raise LayoutError(msg)
     return tuple(expected.get(name, fields.IGNORED) for name in given)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _shown(names: list[str]) -> str:

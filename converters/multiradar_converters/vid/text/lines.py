@@ -7,6 +7,7 @@ from enum import Enum
 
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.text.layout import BLANK, FileLayout
+from multiradar_schemas.documents.names import time_unit
 from multiradar_schemas.reject import RejectCode
 
 _DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -209,6 +210,8 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         # The smallest positive number is the limit of "above 0".
         lowest = f"{low:.9g} to" if low <= 0.0 or low > 1e-300 else "above 0, at most"
         reason = f"{name}: expected {lowest} {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
+        if role == fields.TIME and value > high:
+            reason += time_unit(value) or " (milliseconds?)"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return value
 

@@ -60,7 +60,9 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "toml: sensor: missing"),
+        ("", "toml: sensor: missing; write [[sensor]] before the keys of each sensor"),
+        (RADAR.replace("[[sensor]]", "[[radar]]"), "unknown key 'radar'; known: sensor"),
+        (RADAR + RADAR.replace("[[sensor]]", ""), "a header such as [[sensor]] may be missing"),
         ("sensor = []", "at least 1 item"),
         ("sensor = 3", "line 1: sensor: expected a list, was 3"),
         (
