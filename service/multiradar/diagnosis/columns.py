@@ -1,21 +1,22 @@
 """Columns that are not filled as measured: one value for all plots, or times in another unit."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.plausibility import PERIOD_WITHIN, measured_period
 from multiradar.diagnosis.losses import LOST_MAX, two_digits
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.plots import Floats, Plots
 from multiradar.geodesy.geodesic import EARTH_RADIUS_M
+from multiradar_schemas.documents.names import PER_SECOND
 
 #: A value that this fraction of the plots has was not measured.
 SAME_MIN = 1.0 - LOST_MAX
 #: Times in the unit, per second, and its name.
-_TIME_UNITS = {"milliseconds": 1e3, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0,
-               "days": 1.0 / 86_400.0}  # fmt: skip
+TIME_UNITS = PER_SECOND | {"minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0, "days": 1.0 / 86_400.0}
 #: Unix times in seconds stay below this for 3000 years.
 _UNIX_MAX_S = 1e11
 #: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
@@ -24,6 +25,8 @@ SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 _RATIO_WITHIN = 0.05
 #: Resolutions of times that are too coarse, s, and plots that show one.
 _RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
+#: Ratios of measured to configured scan periods within this of each other have one cause.
+_RATES_WITHIN = 0.02
 #: Speed for the effect of a coarse time, m/s.
 _SPEED_MPS = 250.0
 #: Steps of rounded columns, the largest first: whole and half kilometres, miles and degrees.
@@ -84,7 +87,7 @@ def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | Non
         why = f"the first time is {plots.time_s[0]:.0f}"
         return _of_time_unit(name, "milliseconds or microseconds", why)
     between_s = _between_plots(plots)
-    for unit, factor in _TIME_UNITS.items():
+    for unit, factor in TIME_UNITS.items():
         if abs(between_s / (period_s * factor) - 1.0) <= _RATIO_WITHIN:
             form = ".3g" if between_s < 100.0 else ",.0f"
             why = (
@@ -93,6 +96,49 @@ def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | Non
             )
             return _of_time_unit(name, unit, why)
     return None
+
+
+def check_time_rate(radars: Iterable[tuple[Plots, float]]) -> Diagnosis | None:
+    """Diagnose times that run too fast or too slow: all radars rotate slower or faster than given.
+
+    Parameters
+    ----------
+    radars : iterable of (Plots, float)
+        The plots of each radar, and its configured scan period, s; NaN where unknown.
+    """
+    periods_s = []
+    for plots, configured_s in radars:
+        if not np.isfinite(configured_s):
+            continue
+        found_s = measured_period(plots)
+        if not abs(found_s / configured_s - 1.0) > PERIOD_WITHIN:
+            return None
+        periods_s.append((found_s, configured_s))
+    found, configured = np.array(periods_s).reshape(-1, 2).T
+    ratios = found / configured
+    # Radars of one period may all have the same wrong one.
+    if len(found) < 2 or np.ptp(ratios) > _RATES_WITHIN * ratios.min() or (
+        np.ptp(found) <= PERIOD_WITHIN * found.min()
+    ):  # fmt: skip
+        return None
+    ratio = float(np.median(ratios))
+    units = [unit for unit, one in TIME_UNITS.items() if abs(ratio / one - 1.0) <= _RATIO_WITHIN]
+    code, what, remedy = (
+        ("time_unit", f"are probably in {units[0]}", "convert them to seconds")
+        if units
+        else (
+            "time_rate",
+            f"probably advance {ratio:.3g} s per second",
+            "correct the unit of the times, or, if they are right, rotation_period_s in the "
+            "sensors file",
+        )
+    )
+    return Diagnosis(
+        "",
+        code,
+        f"the times {what}: all {len(found)} radars complete a revolution in "
+        f"{ratio:.4g} times their rotation_period_s; {remedy}",
+    )
 
 
 def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis | None:

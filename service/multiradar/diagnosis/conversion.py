@@ -4,6 +4,7 @@ A dump gives each plot the position computed by its own system. With ranges and 
 right units, all plots of a radar fit these positions from one site.
 """
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
@@ -25,7 +26,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     Polar,
     as_given,
 )
-from multiradar.diagnosis.cross_sensor.identities import check_identities
+from multiradar.diagnosis.cross_sensor.identities import check_identities, check_jumps
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_azimuth_unit,
@@ -92,7 +93,8 @@ def diagnose_conversion(
         Empty when nothing is wrong.
     """
     cut = check_truncation(measurements, report) or check_last_lines(report)
-    found = [*_rejected(report), *cut]
+    rejected = list(_rejected(report, measurements.parent / REJECTS_FILE))
+    found = [*rejected, *cut]
     sources = _sources(measurements)
     if not sources:
         # A recording of system tracks alone has none.
@@ -101,8 +103,9 @@ def diagnose_conversion(
     if sensors is not None:
         evidence = Evidence(sensors, sources=sources)
         found += check_names(evidence)
-    found += check_times(sources)
-    found += check_gaps(sources)
+    if not rejected:
+        # A part of the rows has any times.
+        found += [*check_times(sources), *check_gaps(sources)]
     # The check of the files names the truncated one.
     ends = [] if found else check_ends(sources)
     found += [one for one in ends if one.severity == "error"]
@@ -167,7 +170,7 @@ _NOTHING = (
 )
 
 
-def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
+def _rejected(report: Mapping[str, Any], rejects: Path) -> Iterator[Diagnosis]:
     figures = report.get("figures", {})
     octets = figures.get("bytes", {})
     unknown = figures.get("unknown_editions", [])
@@ -184,8 +187,8 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 "",
                 "records_rejected",
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
-                "rejected; rejects.ndjson gives the reason for each: check the file format and "
-                "the units",
+                f"rejected{_first(rejects, one['file'])}; rejects.ndjson gives the reason for "
+                "each: check the file format, the order of the columns and the units",
             )
         elif octets and octets[one["file"]]["quarantined"] > QUARANTINED_MAX * one["bytes"]:
             # Octets between damaged blocks are one reject, however many.
@@ -196,6 +199,20 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 f"{counted(one['bytes'])} octets could not be decoded; rejects.ndjson gives the "
                 "reason for each: check the file format and the editions of its categories",
             )
+
+
+# The most frequent reason of a file, without values, and its first line.
+def _first(rejects: Path, file: str) -> str:
+    if not rejects.is_file():
+        return ""
+    found: dict[str, tuple[int, str]] = {}
+    with rejects.open(encoding="utf-8") as lines:
+        for one in map(json.loads, islice(lines, _REJECTS_MAX)):
+            if one.get("file") == file and "line" in one:
+                reason = str(one["reason"])
+                count, first = found.get(cause := reason.partition(", was ")[0], (0, ""))
+                found[cause] = count + 1, first or f", such as line {one['line']}: {reason}"
+    return max(found.values(), default=(0, ""))[1]
 
 
 def _sources(measurements: Path) -> dict[str, Source]:
@@ -275,6 +292,8 @@ def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
         or _against_positions(name, plots, largest_deg)
     )
     found = found or check_height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
+    # Climbs are those of identities.
+    found = found or check_jumps(name, plots, None)
     found = found or check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))
     return [] if found is None else [found]
 

@@ -13,6 +13,7 @@ from multiradar.diagnosis.columns import (
     check_constant,
     check_rounded,
     check_signed,
+    check_time_rate,
     check_time_resolution,
     check_time_unit,
 )
@@ -29,7 +30,9 @@ from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check
 from multiradar.diagnosis.cross_sensor.identities import (
     check_codes,
     check_identities,
+    check_jumps,
     check_other_rows,
+    check_paths,
     check_split_radars,
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
@@ -46,7 +49,6 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_nearer_than_height,
     check_range_unit,
     check_scan_period,
-    check_time_rate,
     check_two_radars,
 )
 from multiradar.diagnosis.cross_sensor.radar_groups import grouped
@@ -60,6 +62,7 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
+from multiradar.diagnosis.plots import Plots, Site
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
@@ -82,18 +85,18 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     list of Diagnosis
         Empty when nothing is wrong; causes of names and times first.
     """
-    found = [*check_names(evidence), *check_times(evidence.sources), *check_gaps(evidence.sources)]
-    found += loss_checks.check_copied_sensors(evidence)
-    named = {one.sensor_id for one in found}
-    comparison = Comparison(evidence)
+    found, comparison = check_names(evidence), Comparison(evidence)
     rate = check_time_rate(
         (comparison.plots(one), comparison.period_s(one))
         for one in comparison.numbers
         if comparison.is_radar(one)
     )
     if rate is not None:
-        # Speeds and scans of all sensors would have other causes.
+        # Speeds, scans and gaps of all sensors would have other causes.
         return [*found, rate]
+    found += [*check_times(evidence.sources), *check_gaps(evidence.sources)]
+    found += loss_checks.check_copied_sensors(evidence)
+    named = {one.sensor_id for one in found}
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
     for name in known:
         if name not in named:
@@ -103,6 +106,8 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     found += [one for one in check_codes(evidence) if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
     found += _check_against_others(evidence, comparison, named)
+    named = {one.sensor_id for one in found}
+    found += check_paths(comparison, evidence.sensors.ids, named)
     # A sensor without measurements disturbs no other.
     causes = any(one.severity == "error" and one.code != SILENT_CODE for one in found)
     named = {one.sensor_id for one in found}
@@ -135,7 +140,7 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         return _first(
             check_identities(name, plots, None),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
-            check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots)),
+            _of_rates(name, plots, None),
         )
     sigmas = loss_checks.sigmas(evidence, name)
     period_s = float(evidence.sensors.rotation_period_s[number])
@@ -150,8 +155,15 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         check_time_resolution(name, plots, period_s),
         check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
         check_height_unit(name, plots, comparison.site(number))
-        or check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots)),
+        or _of_rates(name, plots, comparison.site(number)),
     )
+
+
+# Heights by time, which rely on identities that are not those of other plots.
+def _of_rates(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
+    if check_jumps(name, plots, site) is not None:
+        return None
+    return check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))
 
 
 # The first error, else the first warning.

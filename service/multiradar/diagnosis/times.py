@@ -234,13 +234,13 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         f"its measurements are from {utc(own[0])} to {utc(own[1])}, the measurements of the other "
         f"sensors from {utc(rest[0])} to {utc(rest[1])}"
     )
-    if abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
+    if unit := _unit(own[0] / rest[0]):
+        cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
+    elif abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
         cause = "its times have a date, but the times of the other sensors do not"
         remedy = "use the same time format for all sensors"
-    elif unit := _unit(own[0] / rest[0]):
-        cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude the sensor"
     return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")

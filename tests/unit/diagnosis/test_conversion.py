@@ -1,5 +1,6 @@
 """Diagnosis of a conversion, without a sensors file."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,19 @@ def test_a_file_of_which_most_is_rejected_is_named(tmp_path: Path) -> None:
     found = said_of(recording(), tmp_path, rejected=400)
     assert [one.code for one in found] == ["records_rejected"]
     assert found[0].sentence.startswith("plots.txt: 40% of its 1 000 records were rejected; ")
+
+
+def test_the_most_frequent_reason_of_a_rejected_file_is_quoted(tmp_path: Path) -> None:
+    rows = [
+        {"file": name, "line": line, "reason": f"{reason}, was '{line}'"}
+        for line, (name, reason) in enumerate(
+            [("plots.txt", "h: a"), *[("plots.txt", "time: b")] * 3, *[("tracks.txt", "c")] * 9], 2
+        )
+    ]
+    lines = "".join(f"{json.dumps(one)}\n" for one in rows)
+    (tmp_path / "rejects.ndjson").write_text(lines, encoding="utf-8")
+    (found,) = said_of(recording(), tmp_path, rejected=400)
+    assert "records were rejected, such as line 3: time: b, was '3'; rejects." in found.sentence
 
 
 def test_a_conversion_that_wrote_no_measurement_is_named(tmp_path: Path) -> None:

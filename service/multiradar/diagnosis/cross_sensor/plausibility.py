@@ -1,7 +1,5 @@
 """Checks of a radar's plots without any other sensor: scans, speeds, ranges, heights."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
@@ -19,9 +17,8 @@ ROTATES_MIN, CLOSER = 0.998, 5.0
 SURELY = 0.9997
 #: Minimum number of scans to measure a period.
 SCANS_MIN = 3.0
-#: Periods within this of each other are the same; ratios of measured to configured periods within
-#: this have one cause.
-PERIOD_WITHIN, RATIO_WITHIN = 0.1, 0.02
+#: Periods within this of each other are the same.
+PERIOD_WITHIN = 0.1
 #: The median speed of aircraft lies in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
 #: The farthest plot of a radar is beyond this fraction of its instrumented range, and no plot is
@@ -134,41 +131,8 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
     )
 
 
-def check_time_rate(radars: Iterable[tuple[Plots, float]]) -> Diagnosis | None:
-    """Diagnose times that run too fast or too slow: all radars rotate slower or faster than given.
-
-    Parameters
-    ----------
-    radars : iterable of (Plots, float)
-        The plots of each radar, and its configured scan period, s; NaN where unknown.
-    """
-    periods_s = []
-    for plots, configured_s in radars:
-        if not np.isfinite(configured_s):
-            continue
-        found_s = _measured_period(plots)
-        if not abs(found_s / configured_s - 1.0) > PERIOD_WITHIN:
-            return None
-        periods_s.append((found_s, configured_s))
-    found, configured = np.array(periods_s).reshape(-1, 2).T
-    ratios = found / configured
-    # Radars of one period may all have the same wrong one.
-    if len(found) < 2 or np.ptp(ratios) > RATIO_WITHIN * ratios.min() or (
-        np.ptp(found) <= PERIOD_WITHIN * found.min()
-    ):  # fmt: skip
-        return None
-    ratio = float(np.median(ratios))
-    return Diagnosis(
-        "",
-        "time_rate",
-        f"the times of the recording probably advance {ratio:.3g} s per second: all {len(found)} "
-        f"radars complete a revolution in {ratio:.3g} times their rotation_period_s; correct the "
-        "unit of the times, or, if they are right, rotation_period_s in the sensors file",
-    )
-
-
-# Scan period from the plots, s; NaN where unknown.
-def _measured_period(plots: Plots) -> float:
+def measured_period(plots: Plots) -> float:
+    """Return the scan period of a radar by its plots, s; NaN where unknown."""
     found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
     return found.period_s if _rotates(found, plots.time_s) else _between_plots(plots)
 

@@ -40,7 +40,7 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to
 
 #: Kinds of errors.
 SHIFT, GAIN, SCALE, CLOCK = "shift", "gain", "scale", "clock"
-#: Minimum error that is reported: shift of a site, m, of ranges and azimuths in proportion, time, s.
+#: Minimum error that is reported: shift of a site, m, range and azimuth in proportion, time, s.
 #: Azimuth errors that vary with the sine of the azimuth, of up to 0.3°, resemble one of 0.16 %.
 LEAST = {SHIFT: 150.0, GAIN: 0.002, SCALE: 0.0025, CLOCK: 0.2}
 #: An error is significant from this multiple of its standard deviation on.

@@ -146,3 +146,46 @@ def test_two_radars_on_one_antenna_are_no_mistake() -> None:
 def test_a_range_offset_that_the_run_estimates_is_no_column_of_other_rows(offset_m: float) -> None:
     one = recording().changed(NAME, range_m=pl.col("range_m") + offset_m)
     assert one.diagnosed() == []
+
+
+def scattered(one: Recording, share: float, seed: int = 3) -> Recording:
+    """Return a recording in which some plots of `NAME` have the identity of another aircraft."""
+    rng = np.random.default_rng(seed)
+    numbers = one.frame["track_number"].to_numpy()
+    other = rng.permutation(numbers)
+    chosen = rng.uniform(size=len(numbers)) < share
+    return one.changed(NAME, track_number=pl.lit(pl.Series(np.where(chosen, other, numbers))))
+
+
+# In whole or in part: the other radars do not agree, or they do with the rest.
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.6])
+@pytest.mark.parametrize("alone", [False, True])
+def test_identities_of_other_aircraft_are_named(share: float, *, alone: bool) -> None:
+    one = scattered(recording(), share)
+    (found,) = (one.only(NAME) if alone else one).diagnosed()
+    assert (found.sensor_id, found.code, found.severity) == (NAME, "other_rows", "error")
+    assert "track_number probably belongs to other rows: " in found.sentence
+
+
+def test_a_number_of_two_aircraft_is_no_mistake() -> None:
+    one = recording()
+    shared = pl.when(pl.col("track_number") == 1).then(0).otherwise(pl.col("track_number"))
+    assert one.changed(*RADARS, track_number=shared).only(NAME).diagnosed() == []
+
+
+# By two reflectors, in some of the scans: the reply comes later, from their direction.
+@pytest.mark.parametrize(("share", "known"), [(0.3, True), (0.05, True), (0.005, False)])
+def test_reflections_are_named(share: float, *, known: bool) -> None:
+    one, rng = recording(), np.random.default_rng(5)
+    own = one.frame.filter(sensor_id=NAME)
+    own = own.filter(pl.Series(rng.uniform(size=len(own)) < share))
+    towards = np.where(rng.uniform(size=len(own)) < 0.5, 40.0, 215.0)
+    later_s = (towards - own["azimuth_deg"].to_numpy()) % 360.0 / 360.0 * RADARS[NAME][1]
+    ghosts = own.with_columns(
+        azimuth_deg=pl.Series(towards),
+        range_m=pl.col("range_m") + pl.Series(rng.uniform(2e3, 9e3, len(own))),
+        time_s=pl.col("time_s") + pl.Series(later_s),
+    )
+    both = Recording(pl.concat([one.frame, ghosts]).sort("time_s"), one.sensors)
+    found = [(said.sensor_id, said.code, said.severity) for said in both.diagnosed()]
+    assert found == ([(NAME, "reflections", "warning")] if known else [])
