@@ -139,7 +139,7 @@ def convert(
                 tracks.append(made.with_columns(pl.col("time_s") + moved_s))
                 biases.append(status.with_columns(pl.col("time_s") + moved_s))
                 advance(gathered.blocks.size)
-        _check_some_known(findings)
+        _check_some_known(findings, options)
         findings.exchanged_files = order.exchanged
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
@@ -161,10 +161,12 @@ def _times(frame: pl.DataFrame) -> Numbers:
     return frame["time_s"].fill_null(np.nan).to_numpy()
 
 
-def _check_some_known(findings: Findings) -> None:
+def _check_some_known(findings: Findings, options: Options) -> None:
     """Reject recordings without a decodable block."""
     if any(account.octets["decoded"] + account.octets["skipped"] for account in findings.files):
         return
+    if options.editions.doubtful:
+        raise LayoutError("; ".join(options.editions.doubtful.values()))
     for account in findings.files:
         if account.broken:
             first = min(account.broken, key=lambda one: one.offset)

@@ -51,16 +51,11 @@ class Options:
 
     def settings(self) -> dict[str, object]:
         """Return the options that affect the output, for `report.json`."""
-        chosen = {
-            f"{category:03d}"
-            if source is None
-            else f"{source >> 8}-{source & 255}/{category:03d}": (layout.editions[0])
-            for (category, source), layout in self.editions.chosen.items()
-        }
+        given = (text.rpartition("=") for text in self.editions.texts.values())
         return {
             "date": None if self.date is None else self.date.isoformat(),
             "sensors": None if self.sensors is None else [one.id for one in self.sensors.sensor],
-            "editions": chosen,
+            "editions": {source: edition for source, _, edition in given},
             "all_targets": self.all_targets,
             "references": {
                 f"{source >> 8}-{source & 255}": list(point)

@@ -183,6 +183,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
             {"blocks": count, "reason": options.editions.why_unfit(category, source)}
             for (category, source), count in sorted(findings.unfit.items())
         ],
+        **_doubts(options),
         "measurements": dict(sorted(findings.measurements.items())),
         "left_out": dict(sorted(findings.left_out.items())),
         "unreferenced": _unreferenced(findings),
@@ -260,6 +261,12 @@ def _of_other_sdps(findings: Findings) -> list[dict[str, object]]:
         REPORTED_BIASES_FILE: findings.bias_rows,
     }
     return [{"file": file, "rows": rows} for file, rows in written.items() if rows]
+
+
+# Only where there are any: the report of a good conversion stays as it is.
+def _doubts(options: Options) -> dict[str, object]:
+    found = [one for _, one in sorted(options.editions.doubtful.items())]
+    return {"doubtful_editions": found} if found else {}
 
 
 def _antenna(status: AntennaStatus) -> dict[str, object]:

@@ -176,8 +176,11 @@ def _rejected(report: Mapping[str, Any], rejects: Path) -> Iterator[Diagnosis]:
     unknown = figures.get("unknown_editions", [])
     for source in unknown:
         yield Diagnosis("", "edition_unknown", source["reason"])
-    # The message above is for all of their blocks.
-    for one in () if unknown else report["inputs"]:
+    doubtful = figures.get("doubtful_editions", [])
+    for sentence in doubtful:
+        yield Diagnosis("", "edition_wrong", sentence)
+    # The messages above are for all of their blocks.
+    for one in () if unknown or doubtful else report["inputs"]:
         read, rejected = one["counts"]["read"], one["counts"]["rejected"]
         # Copies, such as repeated positions of ADS-B, are not in another form.
         codes = _files(report).get(one["file"], {}).get("rejected_by_code", {})

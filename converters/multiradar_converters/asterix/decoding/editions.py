@@ -43,6 +43,8 @@ class Editions:
     ----------
     chosen : dict
         Selected layouts, by category, and by category and source.
+    texts : dict
+        Text of each selection.
     found : dict
         Layout of every category and source found.
     misfits : dict
@@ -50,12 +52,16 @@ class Editions:
     unfit : dict
         Blocks tried, and those that do not fit the best layout, of the categories and sources of
         which most blocks fit none.
+    doubtful : dict
+        Why a selected layout is probably wrong, by category and source.
     """
 
     chosen: dict[tuple[int, Source | None], Layout] = field(default_factory=dict)
+    texts: dict[tuple[int, Source | None], str] = field(default_factory=dict)
     found: dict[tuple[int, Source], Layout] = field(default_factory=dict)
     misfits: dict[tuple[int, Source], tuple[int, list[Misfit]]] = field(default_factory=dict)
     unfit: dict[tuple[int, Source], tuple[int, int]] = field(default_factory=dict)
+    doubtful: dict[tuple[int, Source], str] = field(default_factory=dict)
 
     def detect(self, blocks: Blocks, sources: Integers, *, revise: bool = False) -> None:
         """Detect the layout of every new category and source.
@@ -110,9 +116,6 @@ class Editions:
         )
 
     def _layout(self, blocks: Blocks, category: int, source: Source, own: Integers) -> Layout:
-        for key in ((category, source), (category, None)):
-            if key in self.chosen:
-                return self.chosen[key]
         layouts = layouts_of(category)
         pair = category, source
         tried, sums = self.misfits.get(pair, (0, [(0, 0)] * len(layouts)))
@@ -129,6 +132,18 @@ class Editions:
         self.misfits[pair] = tried, sums
         best = min(range(len(layouts)), key=sums.__getitem__)
         unfit = sum(sums[best])
+        for key in (pair, (category, None)):
+            if key in self.chosen:
+                chosen = self.chosen[key]
+                wrong = sum(sums[layouts.index(chosen)])
+                if 2 * wrong > tried and 2 * unfit < wrong:
+                    given, named = self.texts.get(key, chosen.name), layouts[best].editions[0]
+                    self.doubtful[pair] = (
+                        f"--edition {given}: {wrong} of {tried} blocks do not match this edition, "
+                        f"or only with impossible values; edition {named} matches {tried - unfit} "
+                        "of them; correct or omit the option"
+                    )
+                return chosen
         if max(unfit, tried - unfit) >= DECIDED_MIN:
             self.unfit.pop(pair, None)
             if 2 * unfit > tried:
@@ -164,6 +179,7 @@ def parse_editions(texts: list[str]) -> Editions:
             msg = f"expected {wanted}, was {text!r}"
             raise ProfileError(msg) from error
         editions.chosen[int(category), source] = layout
+        editions.texts[int(category), source] = text
     return editions
 
 

@@ -120,7 +120,7 @@ def inspect(
     else:
         _print(found, _command(files))
     _warn_of_times(found)
-    _fail_when_unreadable(found)
+    _fail_when_unreadable(found, list(editions.doubtful.values()))
     _fail_when_truncated(found)
     _fail_when_unused(edition or [], found)
 
@@ -201,14 +201,16 @@ def _fail_when_unused(chosen: list[str], found: "Inspection") -> None:
         raise InputError(msg)
 
 
-def _fail_when_unreadable(found: "Inspection") -> None:
-    """Exit with status 1 if most of the recordings is unreadable.
+def _fail_when_unreadable(found: "Inspection", doubts: list[str]) -> None:
+    """Exit with status 1 if most of the recordings is unreadable, or by another edition only.
 
     Raises
     ------
     InputError
         With the most frequent reason.
     """
+    if doubts:
+        raise InputError("; ".join(doubts))
     for one in found.files:
         reasons = [each for each in found.rejects if each.file == one.file]
         # Copies, such as repeated positions of ADS-B, can be read.

@@ -9,6 +9,7 @@ from multiradar_converters.asterix.decoding import editions
 from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.asterix.layout.catalogue import layouts_of
 from support.asterix.octets import block, record
+from support.asterix.surface_records import adsb_021_old
 
 
 @pytest.mark.parametrize(
@@ -31,3 +32,25 @@ def test_a_time_of_24_h_and_a_latitude_beyond_a_pole_cannot_be(
     path.write_bytes(block(category, record((1, "1482"), (place, text))))
     layout = layouts_of(category)[0]
     assert editions._misfit(read_blocks(path), layout, np.array([0])) == (0, strange)
+
+
+# Their items have other places and lengths in the other editions.
+@pytest.mark.parametrize(
+    ("option", "doubted"), [("021=2.4", True), ("0-107/021=0.26", True), ("021=0.23", False)]
+)
+def test_a_selected_edition_that_fits_less_than_another_is_doubted(
+    tmp_path: Path, option: str, *, doubted: bool
+) -> None:
+    chosen = editions.parse_editions([option])
+    path = tmp_path / "one.ast"
+    path.write_bytes(
+        b"".join(block(21, adsb_021_old(28_800.0 + number, "0108")) for number in range(4))
+    )
+    blocks = read_blocks(path)
+    chosen.detect(blocks, editions.sources_of(blocks))
+    assert list(chosen.found.values()) == list(chosen.chosen.values())
+    said = "".join(chosen.doubtful.values())
+    assert bool(said) == doubted
+    if doubted:
+        assert said.startswith(f"--edition {option}: 4 of 4 blocks do not match this edition, or")
+        assert said.endswith("; edition 0.23 matches 4 of them; correct or omit the option")
