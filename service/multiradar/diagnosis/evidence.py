@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.health.health_records import ALARM_SITE, HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
@@ -155,6 +156,9 @@ class Evidence:
         self.updates = 0
         #: Sensor and measured noise over configured noise of range and of azimuth, at the end.
         self.noise: dict[str, tuple[float, float]] = {}
+        #: Sensors whose innovations have the pattern of a displaced site, at the end, with the
+        #: least distance, m; 0 for the others.
+        self.displaced: dict[str, float] = {}
         #: Last estimate of each bias and its standard deviation, by sensor and parameter.
         self.biases: dict[tuple[int, int], tuple[float, float]] = {}
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
@@ -228,13 +232,7 @@ class Evidence:
         self.updates += len(output.updates)
         self.confirmed |= bool((output.updates.state == STATE_CONFIRMED).any())
         self.record_plots(output.plots)
-        for sensor, ranges, azimuths in zip(
-            output.health.sensor.tolist(),
-            output.health.range_sigma_ratio.tolist(),
-            output.health.azimuth_sigma_ratio.tolist(),
-            strict=True,
-        ):
-            self.noise[self.sensors.ids[sensor]] = (ranges, azimuths)
+        self.record_health(output.health)
         biases = output.biases
         columns = (biases.sensor, biases.parameter, biases.estimate, biases.sigma)
         for sensor, parameter, estimate, sigma in zip(
@@ -243,6 +241,22 @@ class Evidence:
             self.biases[sensor, parameter] = estimate, sigma
         found = output.duplicates.batch.sensor.tolist()
         self.duplicates.update(self.sensors.ids[sensor] for sensor in found)
+
+    def record_health(self, health: HealthRecords) -> None:
+        """Record the health of radars; the last of each counts."""
+        columns = (
+            health.sensor,
+            health.range_sigma_ratio,
+            health.azimuth_sigma_ratio,
+            np.where((health.alarms >> ALARM_SITE) & 1,
+                     np.hypot(health.site_east_m, health.site_north_m), 0.0),
+        )  # fmt: skip
+        for sensor, ranges, azimuths, apart_m in zip(
+            *(one.tolist() for one in columns), strict=True
+        ):
+            name = self.sensors.ids[sensor]
+            self.noise[name] = (ranges, azimuths)
+            self.displaced[name] = apart_m
 
     def record_plots(self, plots: TrackPlots) -> None:
         """Record plots that updated tracks, up to a limit."""

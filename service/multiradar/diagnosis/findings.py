@@ -63,6 +63,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
 from multiradar.diagnosis.plots import Plots, Site
+from multiradar.diagnosis.sites import check_displaced
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
@@ -419,6 +420,7 @@ def _check_losses(
         if radar and not causes
         else None,
         loss_checks.check_repeated(evidence, name),
+        None if causes else check_displaced(evidence, name),
         loss_checks.check_noise(evidence, name, causes=causes),
         loss_checks.check_scatter(
             evidence, name, comparison.plots(number), aircraft_of(comparison.plots(number))

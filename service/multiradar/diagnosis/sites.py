@@ -1,9 +1,11 @@
-"""Sites of a sensors file that cannot all be right, such as one on another continent."""
+"""Sites of a sensors file that cannot all be right, or that the tracks of a run contradict."""
 
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.agreement import seen_from
 from multiradar.diagnosis.cross_sensor.hypotheses import other_sites
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Site
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -42,6 +44,29 @@ def check_sites(sensors: SensorTable) -> str | None:
         why = f": {right[0].mistake}" if right else ""
         return f"{far}{why}; correct latitude_deg and longitude_deg in the sensors file"
     return _two_heights(sensors)
+
+
+def check_displaced(evidence: Evidence, name: str) -> Diagnosis | None:
+    """Diagnose a site by the innovations of the tracks, where no other sensor is compared with it.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The radar.
+    """
+    apart_m = evidence.displaced.get(name, 0.0)
+    if not apart_m > 0.0:
+        return None
+    return Diagnosis(
+        name,
+        "site",
+        f"{name}: its site is probably wrong, by at least {apart_m / 1e3:.2f} km: its plots differ "
+        "from the tracks as those of a displaced site do (alarm site); check latitude_deg, "
+        "longitude_deg and height_m in the sensors file, and the scale of its azimuths",
+        "warning",
+    )
 
 
 # Radars of one place have one mast or hill: a digit too many, or another unit, shows.

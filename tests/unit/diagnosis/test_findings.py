@@ -413,6 +413,15 @@ def test_a_wrong_site_height_is_reported(
     assert found == pytest.approx(3500.0, abs=500.0)
 
 
+def test_a_low_site_height_in_feet_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(RADARS, NAME, ((*SITE[:2], 310.0), *RADARS[NAME][1:]))
+    low = recording.__wrapped__(2, 60)
+    assert low.diagnosed() == []
+    (said,) = low.configured(NAME, height_m=310.0 / 0.3048).diagnosed()
+    assert (said.sensor_id, said.code) == (NAME, "site_height")
+    assert "it is 1017.06 in the sensors file, but with 310 m" in said.sentence
+
+
 @pytest.mark.parametrize(("offset_m", "count"), [(4900.0, 1), (5100.0, 0)])
 def test_an_impossible_offset_is_not_reported(offset_m: float, count: int) -> None:
     found = Registration(offset=(offset_m, 0.0), offset_sigma=(10.0, 0.001))

@@ -1,8 +1,11 @@
-"""A site on another continent; radars of one place with two heights."""
+"""A site on another continent or off its place; radars of one place with two heights."""
 
 import pytest
 
-from multiradar.diagnosis.sites import check_sites
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.sites import check_displaced, check_sites
+from multiradar.tracking.health.health_records import ALARM_NOISE, ALARM_SITE
+from support.fakes.health import health_records
 from support.inputs.mistaken import RADARS, recording
 
 
@@ -42,3 +45,18 @@ def test_radars_of_one_place_have_one_height(height_m: float, *, accepted: bool)
             "1-10 and 2-10 are at the same position, but their height_m differs: 2400 and 240; "
             "correct the wrong value"
         )
+
+
+def test_a_site_that_raises_its_alarm_until_the_end_is_named() -> None:
+    """Regression: plots without identity among clutter are not compared, and it was silent."""
+    evidence = Evidence(recording().table())
+    alarms = [1 << ALARM_SITE, 1 << ALARM_SITE, 1 << ALARM_NOISE, 1 << ALARM_SITE | 1]
+    records = health_records(
+        sensor=[0, 1, 0, 1], alarms=alarms, site_east_m=[300.0] * 4, site_north_m=[-400.0] * 4
+    )
+    evidence.record_health(records)
+    assert check_displaced(evidence, "1-10") is None
+    said = check_displaced(evidence, "2-10")
+    assert said is not None
+    assert (said.code, said.severity) == ("site", "warning")
+    assert said.sentence.startswith("2-10: its site is probably wrong, by at least 0.50 km: its pl")

@@ -35,10 +35,12 @@ _JUMP_SHARES = np.arange(0.1, 0.95, 0.05)
 #: Tolerance of the fitted factor about 1. Other causes stay far from 1: pressure heights 7 % off
 #: give −0.2 for ground ranges.
 FACTOR_WITHIN = 0.2
-#: A wrong site height has a smaller effect: this replaces `SMALLER`, and feet are tested where they
-#: differ from metres by this, m.
+#: A wrong site height has a smaller effect: this replaces `SMALLER`. Feet are tested where they
+#: differ from metres by this, m, and other errors may leave residuals as small within this factor.
 SMALLER_BY_HEIGHT = 0.9
-HEIGHT_MIN_M = 500.0
+HEIGHT_MIN_M, ALIKE = 500.0, 1.01
+#: Bounds of the weights by which near plots count more.
+_NEARNESS = (0.3, 5.0)
 #: Range of errors of a site height that are reported, m: pressure heights are off by less. Number
 #: of iterations, and the first step, m.
 HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
@@ -174,28 +176,36 @@ def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None
             return Registration(ground_ranges=True, before_m=plain.scale, after_m=fit.scale)
     others = [*offsets, len(offsets)]
 
-    # The fit for another site height.
-    def at_height(height_m: float) -> TrimmedFit:
+    # The fit for another site height, with weights.
+    def at_height(height_m: float, weight: Floats) -> TrimmedFit:
         there_m, _ = ground_range(height_m, rows.range_m, rows.height_m)
         raised = along * (ground_m - there_m)[:, None, None]
-        raised = np.concatenate([columns[:, :, others], raised], axis=2)
-        return Equations(rows.apart_m, raised).fit(range(raised.shape[2]))
+        raised = np.concatenate([columns[:, :, others], raised], axis=2) * weight[:, None, None]
+        return Equations(rows.apart_m * weight[:, None], raised).fit(range(raised.shape[2]))
 
-    return _of_site_height(site[2], equations.fit(others), at_height, best_m)
+    # Near plots show a height most, and their azimuth noise is the shortest.
+    nearness = np.clip(np.median(rows.range_m) / rows.range_m, *_NEARNESS)
+    weights = np.ones(rows.size), nearness
+    return _of_site_height(site[2], equations.fit(others), at_height, weights, best_m)
 
 
 # The site height, with all aircraft heights free to be off in proportion.
 def _of_site_height(
-    given_m: float, plain: TrimmedFit, at_height: Callable[[float], TrimmedFit], best_m: float
+    given_m: float,
+    plain: TrimmedFit,
+    at_height: Callable[[float, Floats], TrimmedFit],
+    weights: tuple[Floats, Floats],
+    best_m: float,
 ) -> Registration | None:
     enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
     if given_m * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
-        feet = at_height(given_m * FOOT_M)
-        if _is_confirmed(feet) and feet.scale <= enough_m:
+        feet, near = (at_height(given_m * FOOT_M, one) for one in weights)
+        agrees = abs(float(feet.solution[-1]) - 1.0) <= FACTOR_WITHIN and _is_confirmed(near)
+        if agrees and feet.scale <= min(plain.scale, ALIKE * best_m):
             return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
     height_m = given_m + _HEIGHT_STEP_M
     for _ in range(_HEIGHT_STEPS):
-        last_m, fit = height_m, at_height(height_m)
+        last_m, fit = height_m, at_height(height_m, weights[0])
         step_m = float(fit.solution[-1]) * (height_m - given_m)
         if not HEIGHT_OFF_MIN_M <= abs(step_m) <= HEIGHT_OFF_MAX_M:
             return None
