@@ -184,6 +184,7 @@ export class Selection {
     } catch {
       // The feed announces a service that does not answer; an ended track has no history.
       this.forecast = [];
+      this.readS = null;
     } finally {
       this.revision += 1;
       this.busy = false;

@@ -3,6 +3,7 @@
 import math
 import re
 from collections import Counter
+from functools import partial
 from typing import Any
 
 from playwright.sync_api import Page, Route, expect
@@ -342,10 +343,11 @@ def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
             if "at=" in address and "/v1/picture" not in address
         }  # fmt: skip
 
-    names = ("/encounters?", "/forecast?", "/plots?", "/sensors?")
-    wait_until(
-        lambda: all(any(name in address for address in past()) for name in names), "each question"
-    )
+    def asks(name: str) -> bool:
+        return any(name in address for address in past())
+
+    for name in ("/encounters?", "/forecast?", "/plots?", "/sensors?"):
+        wait_until(partial(asks, name), f"the question {name}")
     read = reads[0]
     # Two seconds each: in this time all else would have been read three times.
     wait_until(lambda: bool(past()) and reads[0] >= read + 6, "reads of a time that stands")
