@@ -32,6 +32,14 @@ class Journal(Protocol):
         """
         ...
 
+    def verify_pages(self) -> None:
+        """Verify what is not verified when it is opened, nor by reading its entries."""
+        ...
+
+    def stop_verifying(self) -> None:
+        """Have `verify_pages` in another thread end, with an error."""
+        ...
+
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None; of a removed one without its measurements."""
         ...

@@ -41,6 +41,12 @@ class MemoryJournal:
             yield self._entries[place]
             place += 1
 
+    def verify_pages(self) -> None:
+        """Do nothing: it has no pages."""
+
+    def stop_verifying(self) -> None:
+        """Do nothing: it has no pages."""
+
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None."""
         sequence = self._keys.get(idempotency_key)

@@ -4,13 +4,14 @@ import os
 import shutil
 import sqlite3
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
-from multiradar.storage.sqlite import sqlite_journal
+from multiradar.storage.sqlite import opening, sqlite_journal
 from multiradar.storage.sqlite.sqlite_file import journal_errors
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
@@ -382,3 +383,27 @@ def test_a_journal_whose_creation_a_power_failure_interrupted_is_created_again(
     journal = SqliteJournal(path, FINGERPRINT)
     assert journal.append([entry(1)]) == [1]
     journal.close()
+
+
+def test_the_pages_of_a_large_file_with_free_ones_are_verified_when_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "journal.sqlite"
+    SqliteJournal(path, "f").close()
+    verified: list[Path] = []
+    monkeypatch.setattr(opening, "check_pages", lambda _, checked: verified.append(checked))
+    monkeypatch.setattr(sqlite_journal, "check_pages", lambda _, checked: verified.append(checked))
+    monkeypatch.setattr(opening, "_AT_ONCE_BYTES", 0)
+    with closing(SqliteJournal(path, "f")) as journal:
+        assert not verified
+        for _ in range(2):
+            journal.verify_pages()
+        assert verified == [path]
+        # Nothing is being verified.
+        journal.stop_verifying()
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript("CREATE TABLE other (value); DROP TABLE other;")
+    verified.clear()
+    with closing(SqliteJournal(path, "f")) as journal:
+        journal.verify_pages()
+        assert verified == [path]

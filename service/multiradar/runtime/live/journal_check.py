@@ -50,10 +50,12 @@ class JournalCheck:
     def stop(self) -> None:
         """Stop, whether or not all is verified."""
         self._stopping.set()
+        self._journal.stop_verifying()
         self._thread.join()
 
     def _run(self) -> None:
         try:
+            self._journal.verify_pages()
             if self._verify():
                 _log.info("journal verified up to entry %d", self._until.sequence)
         except JournalError as error:

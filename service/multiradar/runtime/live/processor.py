@@ -373,11 +373,13 @@ class Processor:
 
     # Continue from a snapshot, if there is one.
     def _restore(self) -> None:
-        if self._snapshots is None:
-            return
-        self.processed = self._snapshots.restore(
-            self._journal, self.skipped, self._holders, self._publication, self._start_over
-        )
+        if self._snapshots is not None:
+            self.processed = self._snapshots.restore(
+                self._journal, self.skipped, self._holders, self._publication, self._start_over
+            )
+        if not self.processed:
+            # Beside the service only what a snapshot covers is verified.
+            self._journal.verify_pages()
 
     def _start_over(self) -> None:
         with self._lock:

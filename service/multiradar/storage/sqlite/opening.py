@@ -2,6 +2,9 @@
 
 A service that follows a journal verifies header and pages when it starts to, and the rest when it
 takes over: the entries by their digests as they come.
+
+The pages of a large file take longer than a start may: `SqliteJournal.verify_pages` verifies them
+later, unless pages are free. A free page that is in use would be overwritten.
 """
 
 import sqlite3
@@ -20,6 +23,9 @@ from multiradar.storage.sqlite.sqlite_file import (
 from multiradar.storage.sqlite.tip import ACCEPT, Tip
 from multiradar.storage.sqlite.write_ahead_log import log_damage
 from multiradar_schemas.documents.contents import JOURNAL, content
+
+#: The pages of a file of up to so many octets are verified when it is opened.
+_AT_ONCE_BYTES = 256 << 20
 
 
 def beside(path: Path, end: str) -> Path:
@@ -48,7 +54,8 @@ class Verification:
         self._path, self._rows = path, rows
         self._fingerprint, self._setting_of = fingerprint, setting_of
         self._log_path, self._tip_path = beside(path, "-wal"), beside(path, "-tip")
-        self._pages_verified = False
+        #: Whether its pages have been verified.
+        self.pages_verified = False
 
     def followed(self) -> bool:
         """Verify header and pages of a journal in use; return False if it is not created yet."""
@@ -59,8 +66,7 @@ class Verification:
             if not _has_tables(connection):
                 return False
             self._check_header(connection)
-            check_pages(connection, self._path)
-        self._pages_verified = True
+            self._check_some_pages(connection)
         return True
 
     def tip(self) -> Tip | None:
@@ -96,9 +102,16 @@ class Verification:
             )
         if not tables:
             return None
-        if not self._pages_verified:
-            check_pages(connection, self._path)
+        if not self.pages_verified:
+            self._check_some_pages(connection)
         return self._check_tip(connection, tip)
+
+    # All pages of a file that is not large, or has free ones.
+    def _check_some_pages(self, connection: sqlite3.Connection) -> None:
+        free = connection.execute("PRAGMA freelist_count").fetchone()[0]
+        if free or file_size(self._path) <= _AT_ONCE_BYTES:
+            check_pages(connection, self._path)
+            self.pages_verified = True
 
     def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
         end = self._rows.head(connection).sequence

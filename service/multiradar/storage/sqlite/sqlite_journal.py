@@ -10,6 +10,7 @@ which each transaction compares: a service that finds a later one writes no more
 """
 
 import shutil
+import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
@@ -30,6 +31,7 @@ from multiradar.storage.sqlite.journal_rows import (
 from multiradar.storage.sqlite.opening import Verification, beside, make_folder
 from multiradar.storage.sqlite.sqlite_file import (
     SYNCHRONOUS_FULL,
+    check_pages,
     file_size,
     journal_errors,
     open_database,
@@ -88,6 +90,7 @@ class SqliteJournal:
         self._writing = threading.Lock()
         self._reading = threading.Lock()
         self._broken: JournalError | None = None
+        self._verified: sqlite3.Connection | None = None
         self._closed = False
         self._marks: dict[int, str] = {}
         #: Whether another service writes it, and this one only reads.
@@ -193,6 +196,24 @@ class SqliteJournal:
                         self._rows.check_counts(head, accepted, rejected)
                 if sequence == begin:
                     break
+
+    def verify_pages(self) -> None:
+        """Verify the pages of the file, unless that was done when it was opened.
+
+        It takes seconds for each 10 GB, and raises `JournalError` for damage.
+        """
+        if self._verification.pages_verified:
+            return
+        with journal_errors(self._path), closing(open_database(self._path, "ro")) as connection:
+            self._verified = connection
+            check_pages(connection, self._path)
+        self._verification.pages_verified = True
+
+    def stop_verifying(self) -> None:
+        """Have `verify_pages` in another thread end, with an error."""
+        with suppress(sqlite3.ProgrammingError):  # it is closed
+            if self._verified is not None:
+                self._verified.interrupt()
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None; of a removed one without its measurements."""

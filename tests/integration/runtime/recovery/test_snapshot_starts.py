@@ -1,20 +1,25 @@
 """The real service, started from snapshots at several points: the bytes of the whole journal."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from multiradar.errors import JournalError
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.state import copied_state, encoded_state
 from multiradar.storage.snapshots import SnapshotFolder
+from multiradar.storage.sqlite import opening
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
-from support.processes.waiting import WAIT_TIMEOUT_S
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.live_scene import cut, recording, sensors
 
 FRAME = recording(1500, step_s=0.05)
@@ -90,3 +95,45 @@ def test_starts_at_several_points_give_the_same_bytes(tmp_path: Path) -> None:
         one.key for one in expected.pop("events")
     ]
     assert restarted == expected
+
+
+def test_the_pages_of_a_large_journal_are_verified_beside_the_service(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    journal = tmp_path / "journal.sqlite"
+    folder = SnapshotFolder(journal)
+    service = _service(journal)
+    service.start()
+    for number, piece in enumerate(cut(FRAME, [100, 100])):
+        service.submit(piece, source="test", idempotency_key=f"key {number}").result(WAIT_TIMEOUT_S)
+    service.stop()
+    _exchange_keys(journal)
+    with pytest.raises(JournalError, match="damaged: "):
+        _service(journal).start()
+    # None is large: all are.
+    monkeypatch.setattr(opening, "_AT_ONCE_BYTES", 0)
+    with pytest.raises(JournalError, match="damaged: "):
+        _service(journal, snapshots=False).start()
+    assert folder.files()
+    service = _service(journal)
+    service.start()
+    wait_until(lambda: service.failure is not None, "the damage is found")
+    assert "damaged: " in str(service.failure)
+    service.stop()
+    # The next start reads everything first.
+    assert not folder.files()
+
+
+# Entries as they were, but in the index of keys those of other entries.
+def _exchange_keys(journal: Path) -> None:
+    with closing(sqlite3.connect(journal)) as connection:
+        root = connection.execute(
+            "SELECT rootpage FROM sqlite_master WHERE name = 'sqlite_autoindex_entry_1'"
+        ).fetchone()[0]
+        size = connection.execute("PRAGMA page_size").fetchone()[0]
+    content = bytearray(journal.read_bytes())
+    page = slice((root - 1) * size, root * size)
+    first, second, other = b"key 0", b"key 1", b"key ?"
+    for old, new in ((first, other), (second, first), (other, second)):
+        content[page] = content[page].replace(old, new)
+    journal.write_bytes(content)

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -21,7 +22,7 @@ from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, settled, submit
-from support.processes.waiting import wait_until
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.live_scene import recording
 
 FRAME = recording(1000)
@@ -331,6 +332,25 @@ def test_damage_before_the_snapshot_stops_the_service_and_the_next_start(
     assert site.files == []
     with pytest.raises(JournalError, match="entry 3 is damaged"), site.service():
         pass
+
+
+def test_a_service_that_stops_does_not_wait_for_the_verification(
+    site: Site, log: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site.fill()
+    verifying, stopped = threading.Event(), threading.Event()
+
+    def verify() -> None:
+        verifying.set()
+        assert stopped.wait(WAIT_TIMEOUT_S)
+        raise JournalError("interrupted")
+
+    monkeypatch.setattr(site.journal, "verify_pages", verify)
+    monkeypatch.setattr(site.journal, "stop_verifying", stopped.set)
+    with site.service() as service:
+        assert verifying.wait(WAIT_TIMEOUT_S)
+    assert service.failure is None
+    assert len(site.files) == KEPT
 
 
 def test_an_entry_that_is_skipped_since_then_is_not_in_a_snapshot(
