@@ -64,7 +64,7 @@ def main() -> int:
                 if kind == "empty":
                     shutil.rmtree(empty, ignore_errors=True)
                     empty.mkdir()
-                _forget(folder / kind)
+                _uncache(folder / kind)
                 taken[kind].append(_start(folder / kind))
         sizes = {
             kind: (folder / kind / "state" / "journal.sqlite").stat().st_size for kind in counts
@@ -127,7 +127,7 @@ def _lengthened(short: Path, long: Path, measurements: float) -> int:
     return counts.accepted
 
 
-def _forget(folder: Path) -> None:
+def _uncache(folder: Path) -> None:
     """Have the system read the files from the disk again."""
     for path in folder.rglob("*"):
         if path.is_file():

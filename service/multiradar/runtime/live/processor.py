@@ -378,8 +378,7 @@ class Processor:
                 self._journal, self.skipped, self._holders, self._publication, self._start_over
             )
         if not self.processed:
-            # Beside the service only what a snapshot covers is verified.
-            self._journal.verify_pages()
+            self._journal.verify_pages()  # beside the service only what a snapshot covers
 
     def _start_over(self) -> None:
         with self._lock:
