@@ -1,5 +1,6 @@
 """Motion modes of live tracks, as estimated by the IMM filter."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -62,16 +63,17 @@ def mode_states(
     rows = slots[:, None] * count + np.arange(count)
     probability = aircraft.mode_probability[slots]
     mean, covariance = aircraft.mode_mean[rows], aircraft.mode_covariance[rows]
-    sensitivity = aircraft.mode_sensitivity[rows]
     new = np.isnan(probability[:, 0])
     probability[new] = (1.0 - STRAIGHT_AT_FIRST) / (count - 1)
     probability[new, 0] = STRAIGHT_AT_FIRST
     mean[new] = aircraft.mean[slots[new], None]
     covariance[new] = aircraft.covariance[slots[new], None]
-    sensitivity[new] = aircraft.sensitivity[slots[new], None]
     spread = np.empty((len(slots), count, 4, 4))
     for some, columns in groups_by_columns(aircraft.sensitivity[slots]):
-        root = sensitivity[some][..., columns] @ factor.T[columns]
+        sensitivity = aircraft.mode_sensitivity[rows[some]][..., columns]
+        sensitivity[new[some]] = aircraft.sensitivity[slots[some][new[some]], None][..., columns]
+        mean[some] += sensitivity @ bias[columns]
+        root = times(sensitivity, factor.T[columns])
         spread[some] = root @ root.swapaxes(-1, -2)
     upper = np.triu_indices(4)
     reporting = ~new & ~np.isnan(aircraft.slow[slots, 0])
@@ -79,9 +81,27 @@ def mode_states(
     spread[reporting] += (
         slow @ aircraft.slow_covariance[slots[reporting], None] @ slow.swapaxes(-1, -2)
     )
-    return ModeStates(
-        probability, mean + sensitivity @ bias, covariance + spread[..., upper[0], upper[1]]
-    )
+    return ModeStates(probability, mean, covariance + spread[..., upper[0], upper[1]])
+
+
+def times(matrices: Floats, other: Floats) -> Floats:
+    """Return the products of matrices with another one, as a single product.
+
+    Parameters
+    ----------
+    matrices : (..., k) float64
+        The matrices, as rows.
+    other : (k, l) float64
+        The other one.
+
+    Returns
+    -------
+    (..., l) float64
+        The products.
+    """
+    before = matrices.shape[:-1]
+    product: Floats = matrices.reshape(math.prod(before), len(other)) @ other
+    return product.reshape(*before, other.shape[1])
 
 
 def groups_by_columns(

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import ALL_BLOCKS
 from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns, move_columns
 from multiradar.estimation.filters.imm._mode_kernels import (
     combine_modes,
@@ -32,14 +33,14 @@ def pass_and_mix(
     """Let the modes pass into each other and mix them, in place; they do not move."""
     count = table.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    x = evaluate_modes(0, count, a, bias, sensitivities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room, ALL_BLOCKS)
     before, after = transition_modes(0, count, interval, table, probabilities, room)
     a, x, P = mix_modes(before, a, x, P, room)
     store_modes(0, count, a, P, means, covariances)
     store_row(passed, 0, 0, count, after)
     for row in range(4):
         set_row(room, COURSE + row, every_lane(1.0 if row == 2 else 0.0))
-    move_columns(0, count, probabilities, room, sensitivities)
+    move_columns(0, count, probabilities, room, sensitivities, ALL_BLOCKS)
 
 
 @loop
@@ -49,7 +50,7 @@ def move_alone(
 ) -> None:  # fmt: skip
     """Move modes on that do not pass into each other, in place; and x."""
     a, P = load_modes(0, count, means, covariances)
-    x = evaluate_modes(0, count, a, bias, sensitivities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room, ALL_BLOCKS)
     a, x, P = move_modes(interval, more, a, x, P, room)
     store_modes(0, count, a, P, means, covariances)
     for r in range(4):
@@ -64,8 +65,8 @@ def join(
     """Set mean, covariance and sensitivity to those of all modes together."""
     count = means.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    x = evaluate_modes(0, count, a, bias, sensitivities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room, ALL_BLOCKS)
     chances = load_row(probabilities, 0, 0, count)
     set_row(room, POSTERIOR, chances)
     combine_modes(0, chances, a, x, P, mean, covariance)
-    combine_columns(0, count, room, sensitivities, sensitivity)
+    combine_columns(0, count, room, sensitivities, sensitivity, ALL_BLOCKS)

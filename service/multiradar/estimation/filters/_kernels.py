@@ -150,6 +150,11 @@ BIASES_AS_NOISE = 2
 #: sensors that have seen it: of more columns, zeros are skipped. Terms of zero change no sum.
 DENSE_MAX = 32
 
+#: Blocks of eight columns as bits of a number: all of them, and the last bit, which stands for all
+#: further blocks.
+ALL_BLOCKS = -1
+BLOCK_LAST = 62
+
 
 @in_loop
 def choose_height(measured: float, last: float, options: Floats) -> tuple[float, float]:
@@ -276,10 +281,19 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     variances of the rates; `finish_readout` adds the height and the number of updates.
     """
     n = V.shape[1]
+    blocks = ALL_BLOCKS
+    if n > DENSE_MAX:
+        blocks = 0
+        for begin in range(0, n, LANES):
+            if not has_no_columns(V, begin, min(LANES, n - begin)):
+                blocks |= block_bit(begin)
     for i in range(4):
         x = a[i]
-        for c in range(n):
-            x += V[i, c] * bias[c]
+        for begin in range(0, n, LANES):
+            if blocks & block_bit(begin) == 0:
+                continue
+            for c in range(begin, min(begin + LANES, n)):
+                x += V[i, c] * bias[c]
         out[i] = x
     v00 = P[0]
     v01 = P[1]
@@ -291,10 +305,9 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
         w0 = every_lane(0.0)
         w1, w2, w3 = w0, w0, w0
         for begin in range(j, n, LANES):
-            lanes = min(LANES, n - begin)
-            if n > DENSE_MAX and has_no_columns(V, begin, lanes):
+            if blocks & block_bit(begin) == 0:
                 continue
-            for c in range(begin, begin + lanes):
+            for c in range(begin, min(begin + LANES, n)):
                 f = load_row(factor, c, j, count)
                 w0 = w0 + V[0, c] * f
                 w1 = w1 + V[1, c] * f
@@ -390,6 +403,12 @@ def updated_fading_nis(fading_nis: float, nis: float, options: Floats) -> float:
 def are_zero(first: Lanes, second: Lanes) -> bool:
     """Return whether all numbers of two vectors are 0; NaN is not."""
     return sum_of(larger(first, -first) + larger(second, -second)) == 0.0
+
+
+@in_loop
+def block_bit(first: int) -> int:
+    """Return the bit of the eight columns from one on."""
+    return 1 << min(first // LANES, BLOCK_LAST)
 
 
 @in_loop

@@ -7,7 +7,7 @@ from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.tracking.encounters.climbs import climbs, spread_of_heights
 from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, Sampling, drawn
-from multiradar.tracking.mode_states import groups_by_columns, mode_states
+from multiradar.tracking.mode_states import groups_by_columns, mode_states, times
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.pool import AircraftPool
 
@@ -46,7 +46,7 @@ def track_states(
         mean += sensitivity @ estimate
         root = np.empty_like(sensitivity)
         for some, columns in groups_by_columns(sensitivity):
-            root[some] = sensitivity[some][..., columns] @ factor.T[columns]
+            root[some] = times(sensitivity[some][..., columns], factor.T[columns])
         covariance += root @ root.transpose(0, 2, 1)
         # The delay of its transponder is an error of each track alone.
         root = root[:, :, : len(biases.state.estimate)]

@@ -107,7 +107,7 @@ Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Directi
 def correct_modes(
     sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft, a: State,
     x: State, P: Covariances, predicted: Lanes, sums: BiasSums, mine: ModeScratch,
-    innovations: Floats, row: int,
+    innovations: Floats, row: int, blocks: int,
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
     """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
 
@@ -142,7 +142,7 @@ def correct_modes(
     set_row(scratch, SLOPE + 1, h[1])
     set_row(scratch, SLOPE + 2, h[2])
     set_row(scratch, SLOPE + 3, h[3])
-    predict_columns(k, count, scratch, mode_V, mode_U, U)
+    predict_columns(k, count, scratch, mode_V, mode_U, U, blocks)
     for c in range(starts[s], starts[s + 1]):
         rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
         j0, j1 = bias_column_of_sight(
@@ -200,7 +200,7 @@ def correct_modes(
                 inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
         store_row(probabilities, k, 0, count, posterior)
         a, x, P = after_a, after_x, after_P
-        correct_columns(k, count, scratch, mode_V, mode_U)
+        correct_columns(k, count, scratch, mode_V, mode_U, blocks)
         if has_slow:
             # The biases are part of b, the slow states of both.
             S_all = (s00 + b[0] - o[0], s01 + b[1] - o[1], s11 + b[2] - o[2])

@@ -20,6 +20,7 @@ from multiradar.estimation.filters._ground_kernels import (
 )
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
+    ALL_BLOCKS,
     BIASES_KEPT,
     DENSE_MAX,
     MANOEUVRE_FACTOR_MAX,
@@ -85,6 +86,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     SCRATCH_ROWS,
     ModeScratch,
     SlowScratch,
+    blocks_of_modes,
     evaluate_modes,
     load_modes,
     prepare_scratch,
@@ -158,6 +160,7 @@ def process_rows(
 ) -> None:
     """Do as `imm_step`, with given scratch arrays: see `_step_kernels.process_rows`."""
     noises, bias, options, modes = model.noises, model.bias, model.options, model.modes
+    starts = model.starts
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
     vertical, on_ground = aircraft.vertical, aircraft.on_ground
@@ -268,7 +271,10 @@ def process_rows(
                     )
                 else:
                     a, P = load_modes(k, count, mode_means, mode_covariances)
-                    x = evaluate_modes(k, count, a, bias_row, mode_V, scratch)
+                    blocks = ALL_BLOCKS
+                    if aircraft.delay.shape[1] == 0:
+                        blocks = blocks_of_modes(k, count, mode_V, starts[q], starts[q + 1])
+                    x = evaluate_modes(k, count, a, bias_row, mode_V, scratch, blocks)
                     if dt > 0.0:
                         # Innovations that no mode explains indicate a manoeuvre outside the models.
                         more = options[MODES_NIS_DENSITY] * (
@@ -290,18 +296,19 @@ def process_rows(
                             mode_V,
                             slow,
                             aircraft.slow_sensitivity,
+                            blocks,
                         )
                     else:
                         predicted = load_row(probabilities, k, 0, count)
                     times[k] = time
                     outcome, posterior, a, x, P = correct_modes(
                         sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mine,
-                        innovations, row,
+                        innovations, row, blocks,
                     )  # fmt: skip
                     if outcome == UPDATED or dt > 0.0:
                         store_modes(k, count, a, P, mode_means, mode_covariances)
                         combine_modes(k, posterior, a, x, P, means, covariances)
-                        combine_columns(k, count, scratch, mode_V, sensitivities)
+                        combine_columns(k, count, scratch, mode_V, sensitivities, blocks)
                         if not np.isnan(slow[k, 0]):
                             add_slow_spread(k, count, scratch, aircraft)
                     if aircraft.delay.shape[1] > 0:

@@ -12,7 +12,7 @@ of interacting modes is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import DENSE_MAX, are_zero
+from multiradar.estimation.filters._kernels import block_bit
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     COURSE,
     GAIN,
@@ -20,7 +20,6 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     PREDICTED,
     SHARES,
     SLOPE,
-    has_no_effect,
 )
 from multiradar_compiled.kernels import in_loop
 from multiradar_compiled.lane_kernels import (
@@ -37,14 +36,14 @@ Floats = NDArray[np.float64]
 
 @in_loop
 def move_columns(
-    k: int, count: int, probabilities: Floats, scratch: Floats, mode_V: Floats
+    k: int, count: int, probabilities: Floats, scratch: Floats, mode_V: Floats, blocks: int
 ) -> None:
     """Mix V of the modes of aircraft k, and predict it."""
     n = mode_V.shape[2]
     first = k * count
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
-        if n > DENSE_MAX and has_no_effect(first, c, lanes, mode_V):
+        if blocks & block_bit(c) == 0:
             continue
         hub0 = load_lanes(mode_V, first, 0, c, lanes)
         hub1 = load_lanes(mode_V, first, 1, c, lanes)
@@ -79,18 +78,15 @@ def move_columns(
 
 @in_loop
 def predict_columns(
-    k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats, U: Floats
+    k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats, U: Floats, blocks: int
 ) -> None:
-    """Set U of each mode to H V, and U to their mean by c."""
+    """Set U of each mode to H V, of some blocks, and U to their mean by c."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
         mean0 = every_lane(0.0)
         mean1 = mean0
-        if n > DENSE_MAX and has_no_effect(k * count, c, lanes, mode_V):
-            for j in range(count):
-                store_lanes(mode_U, j, 0, c, lanes, mean0)
-                store_lanes(mode_U, j, 1, c, lanes, mean0)
+        if blocks & block_bit(c) == 0:
             store_row(U, 0, c, lanes, mean0)
             store_row(U, 1, c, lanes, mean0)
             continue
@@ -108,16 +104,18 @@ def predict_columns(
 
 
 @in_loop
-def correct_columns(k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats) -> None:
+def correct_columns(
+    k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats, blocks: int
+) -> None:
     """Subtract K U from V of each mode of aircraft k."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
+        if blocks & block_bit(c) == 0:
+            continue
         for j in range(count):
             u0 = load_lanes(mode_U, j, 0, c, lanes)
             u1 = load_lanes(mode_U, j, 1, c, lanes)
-            if n > DENSE_MAX and are_zero(u0, u1):
-                continue
             for r in range(4):
                 v = load_lanes(mode_V, k * count + j, r, c, lanes)
                 v = fused_lanes(-scratch[GAIN + 2 * r, j], u0, v)
@@ -126,12 +124,14 @@ def correct_columns(k: int, count: int, scratch: Floats, mode_V: Floats, mode_U:
 
 
 @in_loop
-def combine_columns(k: int, count: int, scratch: Floats, mode_V: Floats, V: Floats) -> None:
+def combine_columns(
+    k: int, count: int, scratch: Floats, mode_V: Floats, V: Floats, blocks: int
+) -> None:
     """Set V of aircraft k to the mean of its modes by μ."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
-        if n > DENSE_MAX and has_no_effect(k * count, c, lanes, mode_V):
+        if blocks & block_bit(c) == 0:
             continue
         mean0 = every_lane(0.0)
         mean1, mean2, mean3 = mean0, mean0, mean0

@@ -22,7 +22,11 @@ from multiradar.estimation.filters._delay_kernels import (
     measures_delay,
     shift_with_delay,
 )
-from multiradar.estimation.filters._kernels import INNOVATION_BIASES, INNOVATION_COVARIANCE
+from multiradar.estimation.filters._kernels import (
+    ALL_BLOCKS,
+    INNOVATION_BIASES,
+    INNOVATION_COVARIANCE,
+)
 from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model
 from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns
 from multiradar.estimation.filters.imm._mode_kernels import combine_modes
@@ -109,8 +113,8 @@ def correct_modes_with_delay(
         gain = (scratch[KAPPA], scratch[KAPPA + 1], scratch[RHO])
         shift_with_delay(mode_V[row], gain, sums.U)
     a, P = load_modes(k, count, aircraft.mode_mean, aircraft.mode_covariance)
-    x = evaluate_modes(k, count, a, bias_row, mode_V, rows)
+    x = evaluate_modes(k, count, a, bias_row, mode_V, rows, ALL_BLOCKS)
     combine_modes(k, get_row(rows, POSTERIOR), a, x, P, aircraft.mean, aircraft.covariance)
-    combine_columns(k, count, rows, mode_V, aircraft.sensitivity)
+    combine_columns(k, count, rows, mode_V, aircraft.sensitivity, ALL_BLOCKS)
     if not np.isnan(aircraft.slow[k, 0]):
         add_slow_spread(k, count, rows, aircraft)

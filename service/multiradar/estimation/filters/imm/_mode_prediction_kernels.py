@@ -24,6 +24,7 @@ equations (3) to (8), one step. The division of intervals is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import ALL_BLOCKS
 from multiradar.estimation.filters.imm._mode_column_kernels import move_columns
 from multiradar.estimation.filters.imm._mode_kernels import (
     mix_modes,
@@ -47,10 +48,11 @@ STEPS_MAX = 64
 def predict_modes(
     k: int, dt: float, more: float, modes: Floats, a: State, x: State, P: Covariances,
     probabilities: Floats, scratch: Floats, mode_V: Floats, slow: Floats, slow_D: Floats,
+    blocks: int,
 ) -> tuple[Lanes, State, State, Covariances]:  # fmt: skip
     """Return c, a, x and P after dt, and predict V, D and the probabilities of aircraft k in place.
 
-    ``more`` is as in `move_modes`.
+    ``more`` is as in `move_modes`, ``blocks`` are those of `blocks_of_modes`.
     """
     count = modes.shape[0]
     steps = min(int(dt / STEP_MAX_S) + 1, STEPS_MAX)
@@ -59,8 +61,8 @@ def predict_modes(
         before, predicted = transition_modes(k, count, step, modes, probabilities, scratch)
         a, x, P = mix_modes(before, a, x, P, scratch)
         a, x, P = move_modes(step, more, a, x, P, scratch)
-        move_columns(k, count, probabilities, scratch, mode_V)
+        move_columns(k, count, probabilities, scratch, mode_V, blocks)
         if not np.isnan(slow[k, 0]):
-            move_columns(k, count, probabilities, scratch, slow_D)
+            move_columns(k, count, probabilities, scratch, slow_D, ALL_BLOCKS)
         store_row(probabilities, k, 0, count, predicted)
     return predicted, a, x, P

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import DENSE_MAX, are_zero
+from multiradar.estimation.filters._kernels import ALL_BLOCKS, DENSE_MAX, are_zero, block_bit
 from multiradar.estimation.motion._kernels import PackedOf
 from multiradar_compiled.kernels import in_both, in_loop
 from multiradar_compiled.lane_kernels import (
@@ -207,12 +207,12 @@ def store_modes(
 
 @in_both
 def evaluate_modes(
-    k: int, count: int, a: State, bias: Floats, mode_V: Floats, scratch: Floats
+    k: int, count: int, a: State, bias: Floats, mode_V: Floats, scratch: Floats, blocks: int
 ) -> State:
     """Return x of each mode at the published biases, (1, n)."""
     n = mode_V.shape[2]
     if n > DENSE_MAX:
-        add_some_columns(k, count, bias, mode_V, scratch)
+        add_some_columns(k, count, bias, mode_V, scratch, blocks)
     for j in range(LANES if n <= DENSE_MAX else 0):
         row = mode_row(k, count, j)
         for r in range(4):
@@ -232,14 +232,16 @@ def evaluate_modes(
 
 
 @in_loop
-def add_some_columns(k: int, count: int, bias: Floats, mode_V: Floats, scratch: Floats) -> None:
-    """Set the sums of `evaluate_modes`, without columns that are zero."""
+def add_some_columns(
+    k: int, count: int, bias: Floats, mode_V: Floats, scratch: Floats, blocks: int
+) -> None:
+    """Set the sums of `evaluate_modes`, of some blocks."""
     n = mode_V.shape[2]
     for total in range(4 * LANES):
         set_row(scratch, SUMS + total, every_lane(0.0))
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
-        if has_no_effect(k * count, c, lanes, mode_V):
+        if blocks & block_bit(c) == 0:
             continue
         biases = load_row(bias, 0, c, lanes)
         for j in range(LANES):
@@ -259,6 +261,20 @@ def sums_of_rows(scratch: Floats, first: int) -> Lanes:
         get_row(scratch, first + 4), get_row(scratch, first + 5),
         get_row(scratch, first + 6), get_row(scratch, first + 7),
     )  # fmt: skip
+
+
+@in_loop
+def blocks_of_modes(k: int, count: int, mode_V: Floats, first: int, end: int) -> int:
+    """Return the blocks on which aircraft k depends, and those of the columns first…end."""
+    n = mode_V.shape[2]
+    if n <= DENSE_MAX:
+        return ALL_BLOCKS
+    blocks = 0
+    for c in range(0, n, LANES):
+        own = c < end and c + LANES > first
+        if own or not has_no_effect(k * count, c, min(LANES, n - c), mode_V):
+            blocks |= block_bit(c)
+    return blocks
 
 
 @in_loop

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
+    ALL_BLOCKS,
     MODES_NIS_FLOOR,
     corrected_covariance,
     gain_of,
@@ -159,7 +160,7 @@ def use_motion(
         return
     drift_slow_states(k, count, time, aircraft.vertical[k, RATE], aircraft, slow)
     a, P = load_modes(k, count, aircraft.mode_mean, aircraft.mode_covariance)
-    x = evaluate_modes(k, count, a, bias_row, aircraft.mode_sensitivity, scratch)
+    x = evaluate_modes(k, count, a, bias_row, aircraft.mode_sensitivity, scratch, ALL_BLOCKS)
     posterior = load_row(probabilities, k, 0, count)
     posterior = weighed_by_acceleration(
         posterior, motion[row, LATERAL_REPORTED], motion[row, LATERAL_VARIANCE], scratch
@@ -205,7 +206,7 @@ def use_motion(
         posterior = updated_probabilities(posterior, e, S, b, get_row(scratch, MODES))
         nu = (e[0] + x[2] - a[2], e[1] + x[3] - a[3])
         a, x, P = corrected_by_velocity(a, x, P, S, e, nu, scratch)
-        correct_columns(k, count, scratch, aircraft.mode_sensitivity, mode_U)
+        correct_columns(k, count, scratch, aircraft.mode_sensitivity, mode_U, ALL_BLOCKS)
         correct_slow_states(
             k, count, (r0, r1), (s00 + b[0], s01 + b[1], s11 + b[2]), scratch, aircraft, slow
         )
@@ -216,7 +217,7 @@ def use_motion(
     store_row(probabilities, k, 0, count, posterior)
     store_modes(k, count, a, P, aircraft.mode_mean, aircraft.mode_covariance)
     combine_modes(k, posterior, a, x, P, aircraft.mean, aircraft.covariance)
-    combine_columns(k, count, scratch, aircraft.mode_sensitivity, aircraft.sensitivity)
+    combine_columns(k, count, scratch, aircraft.mode_sensitivity, aircraft.sensitivity, ALL_BLOCKS)
     add_slow_spread(k, count, scratch, aircraft)
     if reported[k, REJECTED_COUNT] >= REJECTED_MAX:
         # Another compass, or another source: the next report initialises them again.

@@ -30,6 +30,7 @@ of interacting modes are the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import ALL_BLOCKS
 from multiradar.estimation.filters.arrays import REPORTED_COUNT, SLOW_COUNT, Aircraft
 from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
@@ -227,7 +228,7 @@ def correct_slow_states(
     ``slow.shift`` is the change of each mode, D times that of β.
     """
     B, D, U, R = aircraft.slow_covariance, aircraft.slow_sensitivity, slow.U, slow.R
-    correct_columns(k, count, scratch, D, slow.by_mode)
+    correct_columns(k, count, scratch, D, slow.by_mode, ALL_BLOCKS)
     n = SLOW_COUNT
     scale = 1.0 / (S[0] * S[2] - S[1] * S[1])
     i00, i01, i11 = S[2] * scale, -S[1] * scale, S[0] * scale

@@ -42,11 +42,13 @@ def inform(
         u0, u1 = load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)
         if not dense and are_zero(u0, u1):
             continue
-        for c in range(n):
-            if not dense and R[0, c] == 0.0 and R[1, c] == 0.0:
+        for begin in range(0, n, LANES):
+            end = min(begin + LANES, n)
+            if not dense and has_no_slope(U, begin, end - begin):
                 continue
-            more = fused_lanes(R[1, c], u1, load_row(Y, c, d, lanes))
-            store_row(Y, c, d, lanes, fused_lanes(R[0, c], u0, more))
+            for c in range(begin, end):
+                more = fused_lanes(R[1, c], u1, load_row(Y, c, d, lanes))
+                store_row(Y, c, d, lanes, fused_lanes(R[0, c], u0, more))
 
 
 @in_loop
@@ -58,24 +60,33 @@ def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[flo
         lanes = min(LANES, n - d)
         r0 = every_lane(0.0)
         r1 = r0
-        if not dense and are_zero(load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)):
-            # Multiplied by zero below.
-            store_row(R, 0, d, lanes, r0)
-            store_row(R, 1, d, lanes, r1)
+        if not dense and has_no_slope(U, d, lanes):
             continue
-        for c in range(n):
-            if not dense and U[0, c] == 0.0 and U[1, c] == 0.0:
+        for begin in range(0, n, LANES):
+            end = min(begin + LANES, n)
+            if not dense and has_no_slope(U, begin, end - begin):
                 continue
-            p = load_row(bias_covariance, c, d, lanes)
-            r0 = r0 + U[0, c] * p
-            r1 = r1 + U[1, c] * p
+            for c in range(begin, end):
+                p = load_row(bias_covariance, c, d, lanes)
+                r0 = r0 + U[0, c] * p
+                r1 = r1 + U[1, c] * p
         store_row(R, 0, d, lanes, r0)
         store_row(R, 1, d, lanes, r1)
     b00 = 0.0
     b01 = 0.0
     b11 = 0.0
-    for c in range(n):
-        b00 += R[0, c] * U[0, c]
-        b01 += R[0, c] * U[1, c]
-        b11 += R[1, c] * U[1, c]
+    for begin in range(0, n, LANES):
+        end = min(begin + LANES, n)
+        if not dense and has_no_slope(U, begin, end - begin):
+            continue
+        for c in range(begin, end):
+            b00 += R[0, c] * U[0, c]
+            b01 += R[0, c] * U[1, c]
+            b11 += R[1, c] * U[1, c]
     return b00, b01, b11
+
+
+@in_loop
+def has_no_slope(U: Floats, first: int, lanes: int) -> bool:
+    """Return whether a measurement does not depend on eight biases."""
+    return are_zero(load_row(U, 0, first, lanes), load_row(U, 1, first, lanes))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
+from multiradar.estimation.filters._kernels import ALL_BLOCKS
 from multiradar.estimation.filters.imm._mode_column_kernels import move_columns
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     SCRATCH_ROWS,
@@ -207,7 +208,7 @@ def test_a_mode_predicts_moments_and_sensitivity(form: str, number: int, state: 
     np.testing.assert_allclose(expected[0], step @ one.at(bias), rtol=1e-10)
     # All probability remains in the only mode.
     room.rows[SHARES : SHARES + 3] = [[1.0], [0.0], [0.0]]
-    of_form(move_columns, form)(0, 1, np.ones((1, 1)), room.rows, room.sensitivities)
+    of_form(move_columns, form)(0, 1, np.ones((1, 1)), room.rows, room.sensitivities, ALL_BLOCKS)
     np.testing.assert_allclose(room.sensitivities[0], step @ one.sensitivity, atol=1e-9)
 
 
