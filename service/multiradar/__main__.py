@@ -11,6 +11,9 @@ def main() -> None:
     # Ctrl-C while the command is imported, which takes half a second, must be no traceback.
     end_on_signals()
     _open_closed_streams()
+    # Matrices here are small. A second thread of the linear algebra would wait for the processor on
+    # a machine with other work, and the first one for it. Read when numpy is imported, below.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from multiradar.cli.main import main as run_command
 
     run_command()

@@ -6,11 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from multiradar.__main__ import main
 from support.processes import stopped_command
 from support.processes.waiting import run_to_end
 from support.scenarios.recorded_scene import environment
 
 STOPPED = {"SIGTERM": 143, "SIGINT": 130}
+
+THREADS = "OPENBLAS_NUM_THREADS"
 
 
 @pytest.mark.parametrize("case", stopped_command.CASES)
@@ -43,6 +46,19 @@ main()
 """
     done = run_to_end([sys.executable, "-c", code], env=environment())
     assert (done.returncode, done.stderr) == (130, "multiradar: stopped\n")
+
+
+@pytest.mark.parametrize("given", [None, "2"])
+def test_commands_use_one_thread_for_linear_algebra(
+    given: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("multiradar.__main__.end_on_signals", lambda: None)
+    monkeypatch.setattr("multiradar.cli.main.main", lambda: None)
+    monkeypatch.setenv(THREADS, given or "")
+    if given is None:
+        monkeypatch.delenv(THREADS)
+    main()
+    assert os.environ[THREADS] == (given or "1")
 
 
 @pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)])
