@@ -112,7 +112,9 @@ class OutputEvents:
                 self._marks.append(_mark_rows(marks))
             if of_regions is not None:
                 self._region_marks.append(of_regions)
-            self._append(output, marks, order, self.delay_s(), of_regions=of_regions)
+            # The ring must not keep the rest: states and plots of a call are ten times as large.
+            kept = EngineOutput(output.updates, output.biases, output.ended)
+            self._append(kept, marks, order, self.delay_s(), of_regions=of_regions)
 
     def publish_change(self, change: Mapping[str, Any]) -> None:
         """Append the event of a change of a sensor, after the output that it caused.
