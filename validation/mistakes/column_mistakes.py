@@ -15,7 +15,9 @@ from validation.mistakes.mistake import (
     TRACK,
     Mistake,
     Sample,
+    all_times,
     plots,
+    reflections,
     settings,
     tables_of,
     text_of,
@@ -178,13 +180,13 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "times in milliseconds",
         plots(time_s=1e3 * _TIME),
-        message=("26-10: its times are probably in milliseconds",),
+        message=("the times are probably in milliseconds",),
         sensors=SENSORS,
     ),
     Mistake(
         "times in minutes",
         plots(time_s=_MIDDLE_S + (_TIME - _MIDDLE_S) / 60.0),
-        message=("26-10: its times are probably in minutes",),
+        message=("the times are probably in minutes",),
         sensors=SENSORS,
     ),
     Mistake(
@@ -333,5 +335,36 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         ("align", "measurements.parquet", "--sensors", "sensors.toml", "--kinds", "radar"),
         message=("26-10: its ranges are probably in kilometres",),
         sensors=SENSORS,
+    ),
+    Mistake(
+        "azimuths 1 % too small",
+        plots(RADAR, azimuth_deg=_AZIMUTH * 0.99),
+        message=("26-10: its azimuths are probably 1.0% too small",),
+    ),
+    Mistake(
+        "361 azimuth counts for 360",
+        plots(RADAR, azimuth_deg=_AZIMUTH * (360.0 / 361.0)),
+        message=("26-10: its azimuths are probably 0.3% too small",),
+    ),
+    *(
+        Mistake(
+            f"times that run at {factor:g} times their rate",
+            all_times(factor),
+            message=(f"the times probably advance {factor:g} s per second: all 4 radars",),
+            sensors=(),
+        )
+        for factor in (2.0, 0.5)
+    ),
+    Mistake(
+        "times of all sensors in milliseconds, without a date",
+        all_times(1e3, dated=False),
+        message=("the times are probably in milliseconds: all 4 radars",),
+        sensors=(),
+    ),
+    Mistake(
+        "30 % reflections",
+        reflections(0.3),
+        status=0,
+        message=("26-10: its plots probably contain reflections (replies by multipath)",),
     ),
 )

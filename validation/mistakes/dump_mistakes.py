@@ -5,7 +5,7 @@ The rows are made as those of mistakes_catalogue.py; `DUMP_MISTAKES` goes after 
 
 from collections.abc import Callable
 
-from validation.mistakes.mistake import CONVERT, FOOT_M, Mistake, column_times, dump
+from validation.mistakes.mistake import CONVERT, FOOT_M, SENSORS, Mistake, column_times, dump
 
 Rows = list[list[str]]
 
@@ -31,6 +31,20 @@ def exchanged(first: str, second: str) -> Callable[[Rows], Rows]:
         for row in rows[1:]:
             if len(row) == len(rows[0]):
                 row[one], row[other] = row[other], row[one]
+        return rows
+
+    return edited
+
+
+def of_other_rows(column: str) -> Callable[[Rows], Rows]:
+    """Return a function that gives each row a value of the next one."""
+
+    def edited(rows: Rows) -> Rows:
+        index = rows[0].index(column)
+        whole = [row for row in rows[1:] if len(row) == len(rows[0])]
+        values = [row[index] for row in whole]
+        for row, value in zip(whole, [*values[1:], values[0]], strict=True):
+            row[index] = value
         return rows
 
     return edited
@@ -74,5 +88,27 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
         dump(tracks=column_times("h", 1.0 / FOOT_M)),
         CONVERT,
         message=("tracks.txt: its heights are probably in feet",),
+    ),
+    Mistake(
+        "convert: tracks.txt with the track numbers of other rows",
+        dump(tracks=of_other_rows("global")),
+        CONVERT,
+        message=("26-10: track_number probably belongs to other rows",),
+        sensors=SENSORS,
+    ),
+    *(
+        Mistake(
+            f"convert: {name}.txt without its header line",
+            dump(**{name: lambda rows: rows[1:]}),
+            CONVERT,
+            message=(f"{name}.txt: the header line is missing",),
+        )
+        for name in ("plots", "tracks")
+    ),
+    Mistake(
+        "convert: times of tracks.txt in milliseconds",
+        dump(tracks=column_times("time", 1e3)),
+        CONVERT,
+        message=("tracks.txt: 100% of its 34 162 records were rejected", "(milliseconds?)"),
     ),
 )

@@ -13,6 +13,7 @@ from math import cos, pi, radians
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.plots import ground_range
@@ -249,6 +250,40 @@ def only(*sensors: str) -> Callable[[Sample], Sample]:
 def alone(made: Callable[[Sample, Path], None], *sensors: str) -> Callable[[Sample, Path], None]:
     """Return a mistake in a recording of only some sensors."""
     return lambda sample, folder: made(only(*sensors)(sample), folder)
+
+
+def all_times(factor: float, *, dated: bool = True) -> Callable[[Sample, Path], None]:
+    """Return a function that scales all times, from the first one or those of day."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        frame, time_s = sample.measurements, pl.col("time_s")
+        first_s = frame["time_s"].min() if dated else 0.0
+        of_day = time_s if dated else time_s % SECONDS_PER_DAY
+        write(folder, frame.with_columns(first_s + (of_day - first_s) * factor), sample.sensors)
+
+    return made
+
+
+def reflections(share: float, sensor: str = RADAR) -> Callable[[Sample, Path], None]:
+    """Return a function that adds replies by two reflectors to the plots of a radar."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        generator, frame = np.random.Generator(np.random.PCG64(1)), sample.measurements
+        own = frame.filter(sensor_id=sensor)
+        own = own.filter(pl.Series(generator.uniform(size=len(own)) < share))
+        towards = pl.Series(np.where(generator.uniform(size=len(own)) < 0.5, 40.0, 215.0))
+        period_s = {name_of(one): one for one in tables_of(sample)}[sensor]["rotation_period_s"]
+        later_s = (towards - own["azimuth_deg"]) % 360.0 / 360.0 * period_s
+        ghosts = own.with_columns(
+            pl.col("time_s") + later_s,
+            pl.col("range_m") + pl.Series(generator.uniform(2e3, 9e3, len(own))),
+            azimuth_deg=towards,
+            latitude_deg=pl.lit(None, pl.Float64),
+            longitude_deg=pl.lit(None, pl.Float64),
+        )
+        write(folder, pl.concat([frame, ghosts]).sort("time_s"), sample.sensors)
+
+    return made
 
 
 def doubled(*sensors: str) -> Callable[[Sample, Path], None]:

@@ -323,6 +323,27 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         ("all tracks are displaced by about 50", "m to the south-west of the reference"),
     ),
     Mistake(
+        "a reference in GPS time (18 s ahead)",
+        tracks(_later(18.0)),
+        _EVALUATE,
+        1,
+        ("the times of the reference are probably 18.0 s ahead", "(GPS time instead of UTC?)"),
+    ),
+    Mistake(
+        "a converted recording to reprocess",
+        as_it_is,
+        ("reprocess", ".", "--sensors", "sensors.toml", "--out", "../out"),
+        1,
+        ("expected a folder with day folders", "was the output of `convert`"),
+    ),
+    Mistake(
+        "a sensors file without a sensor",
+        sensors(lambda _: "# none yet\n"),
+        TRACK,
+        1,
+        ("sensors.toml: sensor: missing; write [[sensor]]",),
+    ),
+    Mistake(
         "a reference of one aircraft",
         tracks(_of_one_aircraft),
         _EVALUATE,

@@ -150,7 +150,7 @@ def _shifted(instants: Instants, gate_m: float, steps: int) -> tuple[float, floa
     order = np.lexsort((distance_m, first))
     _, nearest = np.unique(first[order], return_index=True)
     first, second = own[first[order][nearest]], other[second[order][nearest]]
-    flown_mps: Floats = instants.track_mps[second]
+    flown_mps: Floats = instants.aircraft_mps[first]
     speed_mps = np.hypot(*flown_mps.T)
     moved_m = instants.track_m[second] - instants.aircraft_m[first]
     fast = speed_mps >= _SPEED_MIN_MPS

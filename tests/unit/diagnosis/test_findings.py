@@ -16,7 +16,6 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from support.inputs.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
-    START_S,
     Edit,
     Recording,
     on_the_ground,
@@ -269,29 +268,6 @@ def test_two_feeds_of_a_radar_are_named(copies: float, *, known: bool) -> None:
 @pytest.mark.parametrize("factor", [0.85, 0.93, 1.07])
 def test_heights_of_a_hot_or_a_cold_day_are_no_mistake_of_a_site(factor: float) -> None:
     assert recording().changed(*RADARS, height_m=HEIGHT * factor).diagnosed() == []
-
-
-# The scan periods of the radars differ, and all are wrong by the same factor.
-@pytest.mark.parametrize("factor", [2.0, 0.5, 1.2])
-def test_times_that_run_at_another_rate_are_no_error_of_the_radars(factor: float) -> None:
-    (said,) = recording().changed(*RADARS, time_s=START_S + factor * (TIME - START_S)).diagnosed()
-    assert (said.sensor_id, said.code) == ("", "time_rate")
-    assert said.sentence.startswith(f"the times probably advance {factor:g} s per second: all 3 ra")
-
-
-# Times of day are then those of months, with gaps of hours.
-@pytest.mark.parametrize("begin_s", [START_S, START_S % 86_400.0])
-def test_times_of_all_radars_in_milliseconds_are_named_once(begin_s: float) -> None:
-    (said,) = recording().changed(*RADARS, time_s=(TIME - START_S + begin_s) * 1e3).diagnosed()
-    assert (said.sensor_id, said.code) == ("", "time_unit")
-    assert said.sentence.startswith("the times are probably in milliseconds: all 3 radars comp")
-
-
-def test_the_same_wrong_period_of_all_radars_is_no_rate_of_the_times() -> None:
-    one = recording()
-    for name in RADARS:
-        one = one.configured(name, rotation_period_s=12.0)
-    assert one.codes() == [(name, "rotation_period") for name in RADARS]
 
 
 def test_ground_ranges_of_two_radars_are_named_at_both() -> None:
