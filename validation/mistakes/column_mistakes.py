@@ -186,7 +186,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "times in minutes",
         plots(time_s=_MIDDLE_S + (_TIME - _MIDDLE_S) / 60.0),
-        message=("the times are probably in minutes",),
+        message=("26-10: its times are probably in minutes",),
         sensors=SENSORS,
     ),
     Mistake(

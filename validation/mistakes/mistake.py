@@ -259,7 +259,8 @@ def all_times(factor: float, *, dated: bool = True) -> Callable[[Sample, Path], 
         frame, time_s = sample.measurements, pl.col("time_s")
         first_s = frame["time_s"].min() if dated else 0.0
         of_day = time_s if dated else time_s % SECONDS_PER_DAY
-        write(folder, frame.with_columns(first_s + (of_day - first_s) * factor), sample.sensors)
+        time_s = first_s + (of_day - first_s) * factor
+        write(folder, frame.with_columns(time_s=time_s), sample.sensors)
 
     return made
 

@@ -323,13 +323,6 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         ("all tracks are displaced by about 50", "m to the south-west of the reference"),
     ),
     Mistake(
-        "a reference in GPS time (18 s ahead)",
-        tracks(_later(18.0)),
-        _EVALUATE,
-        1,
-        ("the times of the reference are probably 18.0 s ahead", "(GPS time instead of UTC?)"),
-    ),
-    Mistake(
         "a converted recording to reprocess",
         as_it_is,
         ("reprocess", ".", "--sensors", "sensors.toml", "--out", "../out"),

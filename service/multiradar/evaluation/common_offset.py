@@ -112,6 +112,8 @@ def time_offset(instants: Instants, gate_m: float) -> str | None:
     matched, late_s = max(found, key=lambda one: one[0])
     if not matched >= max(MATCHED_MIN, before + MATCHED_MORE):
         return None
+    # Once more from there: along the path behind a turn, the offset is another.
+    _, late_s = _shifted(instants, gate_m, -round(late_s / instants.step_s))
     sense = "ahead of" if late_s > 0.0 else "behind"
     hours = round(late_s / HOUR_S)
     size = f"{abs(late_s):.1f} s"
