@@ -13,6 +13,9 @@ from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.readiness import STANDBY, ServiceState
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.memory.regions.areas import Areas
+from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
+from multiradar.runtime.memory.regions.messages import packed
 from multiradar.runtime.standby.following import Standby
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
@@ -21,6 +24,7 @@ from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.live_scene import recording
+from unit.runtime.memory.test_regions import AREAS, handover
 
 FRAME = recording(1000)
 FINGERPRINT = "a" * 64
@@ -30,8 +34,8 @@ SNAPSHOT_ROWS = 100
 class Pair:
     """A primary and its standby on one journal."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, areas: Areas | None = None) -> None:
+        self._path, self._areas = path, areas
         self.failed = 0
         self.began = 0
         self.primary, journal = self._service()
@@ -53,6 +57,8 @@ class Pair:
             ),
             on_failure=self._fail,
         )
+        if self._areas is not None:
+            service.publication.divide(RegionBoard(self._areas, RegionRules()))
         journal = service.open()
         assert isinstance(journal, SqliteJournal)
         return service, journal
@@ -127,6 +133,45 @@ def test_the_output_is_that_of_one_service(pair: Pair, tmp_path: Path) -> None:
     alone.stop()
     for name in ("output_sha256", "event_sequence", "output_sequence", "accepted"):
         assert found[name] == expected[name]
+
+
+def test_a_standby_has_what_the_neighbouring_regions_hand_over(tmp_path: Path) -> None:
+    pair, alone = Pair(tmp_path / "journal.db", AREAS), Pair(tmp_path / "alone.db", AREAS)
+
+    def send(service: Service, number: int) -> None:
+        submit(service, FRAME[200 * number : 200 * (number + 1)])
+        time_s = float(FRAME["time_s"][200 * (number + 1) - 1])
+        message = handover(track_id=7 + number).replace(b": 10.0", f": {time_s}".encode())
+        service.hand_over(packed(message), source="region east").result(WAIT_TIMEOUT_S)
+        settled(service)
+
+    def known(service: Service) -> list[Any]:
+        reader = service.view.subscribe(0, 10**6)
+        events = [one.key for one in reader.poll(10**6)]
+        reader.close()
+        board = service.view.regions
+        assert board is not None
+        return [board.figures(), events, service.view.tracks()["responsible"]]
+
+    send(pair.primary, 0)
+    pair.standby.start()
+    send(pair.primary, 1)
+    pair.level()
+    followed, expected = known(pair.second), known(pair.primary)
+    (neighbour,) = expected[0]["neighbours"]
+    assert (neighbour["messages"], neighbour["tracks"]) == (2, 1)
+    assert followed[:2] == expected[:2]
+    pair.primary.stop()
+    wait_until(lambda: pair.began, "the takeover")
+    send(pair.second, 2)
+    for number in range(3):
+        send(alone.primary, number)
+    found, expected = known(pair.second), known(alone.primary)
+    assert found[:2] == expected[:2]
+    assert len(expected[2])
+    assert found[2].equals(expected[2])
+    pair.stop()
+    alone.stop()
 
 
 def test_snapshots_are_written_by_the_primary_alone(pair: Pair, tmp_path: Path) -> None:
