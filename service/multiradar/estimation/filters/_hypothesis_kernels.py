@@ -17,7 +17,13 @@ for one motion model. Their two-stage form, and that of interacting modes, are t
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import NONE, RESTARTED, choose_height, read_out
+from multiradar.estimation.filters._kernels import (
+    NONE,
+    RESTARTED,
+    blocks_in_use,
+    choose_height,
+    read_out,
+)
 from multiradar.estimation.filters._row_kernels import finish_readout
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.filters.imm._mode_kernels import read_modes
@@ -201,8 +207,8 @@ def read_mixed(
         if row == NONE or result.outcome[row] > RESTARTED:
             continue
         read_out(
-            aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], model.bias,
-            factor, result.readout[row],
+            aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k],
+            blocks_in_use(aircraft.sensitivity[k]), model.bias, factor, result.readout[row],
         )  # fmt: skip
         finish_readout(
             row, k, aircraft.height, aircraft.vertical, aircraft.updates, aircraft.on_ground,

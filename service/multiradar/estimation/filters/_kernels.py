@@ -274,19 +274,17 @@ def corrected_covariance(
 
 
 @kernel
-def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out: Floats) -> None:
+def read_out(
+    a: Floats, P: Floats, V: Floats, blocks: int, bias: Floats, factor: Floats, out: Floats
+) -> None:
     """Write χ = a + V ς and the covariance P + V P_ς Vᵀ; ``factor`` is L with L Lᵀ = P_ς.
+
+    V is zero outside of some ``blocks``: see `blocks_in_use`.
 
     Columns: east, north, their rates, variance east, covariance, variance north, sum of the
     variances of the rates; `finish_readout` adds the height and the number of updates.
     """
     n = V.shape[1]
-    blocks = ALL_BLOCKS
-    if n > DENSE_MAX:
-        blocks = 0
-        for begin in range(0, n, LANES):
-            if not has_no_columns(V, begin, min(LANES, n - begin)):
-                blocks |= block_bit(begin)
     for i in range(4):
         x = a[i]
         for begin in range(0, n, LANES):
@@ -403,6 +401,19 @@ def updated_fading_nis(fading_nis: float, nis: float, options: Floats) -> float:
 def are_zero(first: Lanes, second: Lanes) -> bool:
     """Return whether all numbers of two vectors are 0; NaN is not."""
     return sum_of(larger(first, -first) + larger(second, -second)) == 0.0
+
+
+@in_loop
+def blocks_in_use(V: Floats) -> int:
+    """Return the blocks of eight biases on which an aircraft depends, as bits."""
+    n = V.shape[1]
+    if n <= DENSE_MAX:
+        return ALL_BLOCKS
+    blocks = 0
+    for begin in range(0, n, LANES):
+        if not has_no_columns(V, begin, min(LANES, n - begin)):
+            blocks |= block_bit(begin)
+    return blocks
 
 
 @in_loop

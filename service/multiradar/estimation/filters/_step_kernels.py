@@ -18,12 +18,14 @@ from multiradar.estimation.filters._ground_kernels import (
     stands,
 )
 from multiradar.estimation.filters._kernels import (
+    DENSE_MAX,
     REJECTED,
     RESTARTED,
     STARTED,
     UPDATED,
     VELOCITY_FRAME,
     acceleration_density,
+    blocks_in_use,
     manoeuvre_factor,
     read_out,
 )
@@ -139,9 +141,13 @@ def process_rows(
     timed = method == TWO_STAGE and has_time_offset(parameters)
     mode = BLOM if method == MACRO else method
     Y, y = sums.Y, sums.y
+    many = y.shape[0] > DENSE_MAX
     for p in work.partitions:
-        # In memory of this thread: neighbouring partitions lie in one cache line.
-        copy_sums(result.information[p], result.vector[p], Y, y)
+        if many:
+            sums = BiasSums(result.information[p], result.vector[p], sums.U, sums.R)
+        else:
+            # In memory of this thread: neighbouring partitions lie in one cache line.
+            copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
             if i + ROWS_AHEAD < work.bounds[p + 1]:
                 fetch_row(
@@ -274,9 +280,11 @@ def process_rows(
                     excess *= noises[q, 2] / noises[s, 2]
                 store_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
             if accepted and want_readout:
-                read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
+                V = sensitivities[k]
+                read_out(means[k], covariances[k], V, blocks_in_use(V), bias, factor, readouts[row])
                 finish_readout(row, k, heights, vertical, updates, on_ground, options, readouts)
-        copy_sums(Y, y, result.information[p], result.vector[p])
+        if not many:
+            copy_sums(Y, y, result.information[p], result.vector[p])
 
 
 @in_loop

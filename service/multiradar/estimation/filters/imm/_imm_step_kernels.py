@@ -30,6 +30,7 @@ from multiradar.estimation.filters._kernels import (
     RESTARTED,
     STARTED,
     UPDATED,
+    blocks_in_use,
     excess_factor,
     manoeuvre_factor,
     read_out,
@@ -175,9 +176,12 @@ def process_rows(
     outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
     count, Y, y = modes.shape[0], sums.Y, sums.y
     scratch, slow, reporting = mine.rows, aircraft.slow, rows.motion.shape[0] > 0
-    timed = has_time_offset(model.parameters)
+    timed, many = has_time_offset(model.parameters), y.shape[0] > DENSE_MAX
     for p in work.partitions:
-        copy_sums(result.information[p], result.vector[p], Y, y)
+        if many:
+            sums = BiasSums(result.information[p], result.vector[p], sums.U, sums.R)
+        else:
+            copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
             if i + ROWS_AHEAD < work.bounds[p + 1]:
                 fetch_row(
@@ -219,6 +223,7 @@ def process_rows(
             used = used_as(kind, check, heights[k])
             first = 0.0 if used == KIND_BEARING else z0
             action = outcome
+            blocks, found = ALL_BLOCKS, False
             if outcome in (STARTED, RESTARTED):
                 sight = Sight(kind, z0, z1, height, variance)
                 started = start_aircraft(
@@ -271,7 +276,7 @@ def process_rows(
                     )
                 else:
                     a, P = load_modes(k, count, mode_means, mode_covariances)
-                    blocks = ALL_BLOCKS
+                    blocks, found = ALL_BLOCKS, True
                     if aircraft.delay.shape[1] == 0:
                         blocks = blocks_of_modes(k, count, mode_V, starts[q], starts[q + 1])
                     x = evaluate_modes(k, count, a, bias_row, mode_V, scratch, blocks)
@@ -350,10 +355,15 @@ def process_rows(
             elif action == UPDATED:
                 coast_height(dt, k, heights, vertical, options)
             if accepted and want_readout:
-                read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
+                if not found:
+                    blocks = blocks_in_use(sensitivities[k])
+                read_out(
+                    means[k], covariances[k], sensitivities[k], blocks, bias, factor, readouts[row]
+                )
                 finish_readout(row, k, heights, vertical, updates, on_ground, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)
-        copy_sums(Y, y, result.information[p], result.vector[p])
+        if not many:
+            copy_sums(Y, y, result.information[p], result.vector[p])
 
 
 @in_loop

@@ -25,6 +25,7 @@ from multiradar.estimation.filters._ground_kernels import (
     stands,
 )
 from multiradar.estimation.filters._kernels import (
+    ALL_BLOCKS,
     BIASES_KEPT,
     CONE,
     CONE_RATIO,
@@ -174,8 +175,8 @@ def joint_step(
             if accepted and want_readout:
                 copy_block(P, c + 4 * k, aircraft.covariance[k])
                 read_out(
-                    aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], bias,
-                    model.factor, result.readout[row],
+                    aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], ALL_BLOCKS,
+                    bias, model.factor, result.readout[row],
                 )  # fmt: skip
                 finish_readout(
                     row, k, aircraft.height, aircraft.vertical, aircraft.updates,
