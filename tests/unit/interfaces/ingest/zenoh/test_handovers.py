@@ -15,9 +15,9 @@ from support.scenarios.region_scene import CENTRES, SCAN_S, Scene, Unit
 
 pytestmark = pytest.mark.slow
 
-AIRCRAFT = 40
+AIRCRAFT = 24
 #: All cross; then a region is not heard; it is heard; another ends, and starts again.
-CROSSED_S, CUT_S, HEARD_S, ENDED_S, CONTINUED_S = 60.0, 70.0, 78.0, 86.0, 96.0
+CROSSED_S, CUT_S, HEARD_S, ENDED_S, CONTINUED_S = 44.0, 54.0, 62.0, 70.0, 80.0
 
 
 class Seen:
