@@ -56,9 +56,9 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "trajectory-bundle": ("--runs", "2"),
 }
 QUERIES = (
-    "tracks", "status", "sensors", "encounters", "tracks/1", "tracks/1/history",
-    "tracks/1/forecast?horizon_s=60&step_s=10", "tracks/1/manoeuvre-plane",
-    "tracks/1/observability", "tracks/1/plots", "residuals",
+    "tracks", "status", "sensors", "encounters", "tracks/{track}", "tracks/{track}/history",
+    "tracks/{track}/forecast?horizon_s=60&step_s=10", "tracks/{track}/manoeuvre-plane",
+    "tracks/{track}/observability", "tracks/{track}/plots", "residuals",
 )  # fmt: skip
 #: A type with a longer text is given a name in the list.
 NAMED_LENGTH_MIN = 40
@@ -210,8 +210,10 @@ def use_service(state: Path) -> None:
     command = [sys.executable, "-m", "multiradar", "replay", str(sample), "--to", http]
     replayed = run_to_end([*command, "--speed", "max"])
     assert replayed.returncode == 0, replayed.stderr
+    # A live one: a dropped track has no plots to compute from.
+    track = get(f"{http}/v1/tracks").json()["tracks"][0]["track_id"]
     for query in QUERIES:
-        get(f"{http}/v1/{query}")
+        get(f"{http}/v1/{query.format(track=track)}")
     os.kill(os.getpid(), signal.SIGTERM)
 
 

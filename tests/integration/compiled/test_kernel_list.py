@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import polars as pl
 import pytest
 
 from multiradar_compiled.kernel_list import kernels_for
@@ -10,6 +11,8 @@ from support.kernel_list import Recorder, Run, calls_of, make_inputs, runs
 
 #: One run of each kind; `make kernel-list KERNEL_LIST_OPTIONS=--check` compares all.
 PURPOSES = ("convert vid", "track imm", "serve two-stage", "track --encounters imm", "bearings imm")
+#: Of the sample: the whole of it calls the same kernels.
+DURATION_S = 300.0
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +24,10 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def recorder(inputs: Path) -> Iterator[Recorder]:
     with Recorder(inputs) as recorder:
         make_inputs(recorder, inputs)
+        sample = inputs / "sample" / "measurements.parquet"
+        whole = pl.read_parquet(sample)
+        begin = pl.col("time_s") - pl.col("time_s").min() < DURATION_S
+        whole.filter(begin).write_parquet(sample)
         yield recorder
 
 
