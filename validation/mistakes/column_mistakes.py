@@ -367,4 +367,20 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         status=0,
         message=("26-10: its plots probably contain reflections (replies by multipath)",),
     ),
+    Mistake(
+        "the track numbers of one radar are its own",
+        plots(RADAR, track_number=pl.col("track_number") + 7),
+        message=("26-10: its track numbers (track_number) are not those of",),
+    ),
+    Mistake(
+        "each radar numbers its own tracks from 1",
+        plots(track_number=pl.col("track_number").rank("dense").over("sensor_id").cast(pl.Int64)),
+        message=("its track numbers (track_number) are not those of",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "heights in other rows",
+        plots(RADAR, height_m=pl.col("height_m").shuffle(1)),
+        message=("26-10: its heights or the identities of its aircraft probably belong",),
+    ),
 )

@@ -1,5 +1,6 @@
 """HTTP on a thread of its own."""
 
+import errno
 import socket
 import threading
 from collections.abc import Callable, Sequence
@@ -99,4 +100,6 @@ def _listen(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port), family=family, backlog=_BACKLOG)
     except OSError as error:
         msg = f"{host}:{port}: cannot listen: {error.strerror or error}"
+        if error.errno == errno.EADDRINUSE:
+            msg += "; stop the process that listens there, or choose another port with --port"
         raise ConfigurationError(msg) from error

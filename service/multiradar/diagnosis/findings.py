@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
+from multiradar.diagnosis.codes import check_codes
 from multiradar.diagnosis.columns import (
     check_constant,
     check_rounded,
@@ -28,12 +29,12 @@ from multiradar.diagnosis.cross_sensor.comparison import (
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
 from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
 from multiradar.diagnosis.cross_sensor.identities import (
-    check_codes,
     check_identities,
     check_jumps,
     check_other_rows,
     check_paths,
     check_split_radars,
+    check_track_numbers,
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
@@ -104,7 +105,11 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
             found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
     # Wrong identities would be compared with those of other sensors.
-    found += [one for one in check_codes(evidence) if one.sensor_id not in named]
+    numbers = check_track_numbers(comparison, evidence.sensors.ids)
+    if numbers and not found:
+        return numbers
+    other = [*numbers, *check_codes(evidence)]
+    found += [one for one in other if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
     found += _check_against_others(evidence, comparison, named)
     named = {one.sensor_id for one in found}

@@ -19,6 +19,8 @@ FAST_MPS, IMPOSSIBLE_MPS = 9.0, 14.0
 #: successive heights, s; fraction that jumps by more where heights are those of other aircraft. Of
 #: right heights, 0 to 2.5 % do (garbled codes).
 JUMP_MPS, JUMP_MIN_S, JUMP_MAX_S, JUMPING_MIN = 150.0, 1.0, 15.0, 0.03
+#: Fraction from which on those that do not jump show nothing.
+JUMPING_MANY = 0.2
 #: Fewer climbing aircraft show nothing.
 CLIMBING_MIN = 3
 #: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
@@ -56,8 +58,9 @@ def check_vertical_rates(
     until = np.concatenate([[0], np.cumsum(jumps)])
     steady = climbing & (until[first] == until[last])
     median_mps = float(np.median(rate_mps[steady])) if steady.any() else 0.0
-    if np.count_nonzero(steady) < TESTED_MIN or median_mps <= limit_mps:
-        jumping = np.count_nonzero(jumps) / max(compared, 1)
+    jumping = np.count_nonzero(jumps) / max(compared, 1)
+    telling = jumping < JUMPING_MANY and np.count_nonzero(steady) >= TESTED_MIN
+    if not telling or median_mps <= limit_mps:
         if jumping < JUMPING_MIN or np.median(rate_mps[climbing]) <= limit_mps:
             return None
         return _of_other_rows(name, jumping)

@@ -141,6 +141,7 @@ def test_a_port_in_use_is_one_sentence(scene: tuple[Path, Path], tmp_path: Path)
         done = command("serve", *options, "--port", port)
     assert done.returncode == 1
     assert f"127.0.0.1:{port}: cannot listen" in done.stderr
+    assert "or choose another port with --port" in done.stderr
     assert "stopped" not in done.stderr
     assert "Traceback" not in done.stderr
     assert not done.stdout

@@ -70,6 +70,17 @@ def test_heights_of_other_rows_are_not_taken_for_feet(shift: int) -> None:
     assert found.sentence.startswith("1-10: its heights or the identities of its aircraft probably")
 
 
+def test_shuffled_heights_are_not_taken_for_feet() -> None:
+    """The few that do not jump, by chance, climb fast."""
+    rng = np.random.default_rng(2)
+    time_s = np.tile(np.arange(0.0, 600.0, 5.0), 20)
+    number = np.repeat(np.arange(20), 120)
+    height_m = rng.permutation(2000.0 + 100.0 * number + 2.0 * time_s)
+    found = check_vertical_rates("1-10", time_s, height_m, number)
+    assert found is not None
+    assert found.code == "height_rows"
+
+
 def test_few_aircraft_show_nothing() -> None:
     assert checked(7.0, 100 * FOOT_M, 1.0 / FOOT_M, aircraft=2) == ""
 

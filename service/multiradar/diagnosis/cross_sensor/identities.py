@@ -1,6 +1,6 @@
 """Identities that are the same for all aircraft of a sensor, or not those of its aircraft."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from itertools import combinations
 
 import numpy as np
@@ -9,12 +9,15 @@ import polars as pl
 from multiradar.diagnosis.cross_sensor.agreement import polar_agreement, seen_from
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.hypotheses import as_given
-from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, common_key
-from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.cross_sensor.references import (
+    Pairs,
+    are_named,
+    candidate_pairs,
+    common_key,
+)
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import (
-    CONSPICUITY,
     KEYS,
     Booleans,
     Floats,
@@ -32,16 +35,6 @@ SAME_MIN = 0.95
 #: occupied in a window. One aircraft flies 4 km in it and occupies at most two cells except at a
 #: corner; two aircraft with the same address occupy up to four.
 WINDOW_S, CELL_M, CELLS_MIN = 12.0, 20_000.0, 6
-#: Codes of a sensor are those of other aircraft if at most this fraction of the tracks that it has
-#: in common with each other sensor has the same code; such tracks, and plots with a code in each.
-CODES_EQUAL_MAX, CODES_TRACKS_MIN, CODES_PLOTS_MIN = 0.25, 8, 3
-#: Transformations of codes, octal digits, with what is wrong.
-_CODE_FORMS: dict[str, Callable[[str], str]] = {
-    "decimal instead of octal numbers": lambda code: str(int(code, 8)).zfill(4),
-    "hexadecimal instead of octal numbers": lambda code: f"{int(code, 8):04x}",
-    "digits in reverse order (D, C, B, A)": lambda code: code[::-1],
-    "digits in the order A, C, B, D": lambda code: code[0] + code[2] + code[1] + code[3],
-}
 #: Plots of one radar under two identifiers: its revolution, by the configured scan periods; plots
 #: of the smaller part; distance of their sites, m; of the plots of aircraft that both detect within
 #: so many revolutions, at most this fraction is in the same one.
@@ -56,6 +49,10 @@ SHIFTED_MORE_MIN, UNEXPLAINED_MAX = 0.3, 0.1
 #: error: fewer are addresses or numbers that two aircraft share.
 STEP_MPS, STEP_M, STEP_MAX_S, STEPS_MIN = 700.0, 5000.0, 30.0, 100
 JUMPS_MIN, JUMPING_MIN, JUMPING_PLOTS_MIN = 0.03, 0.5, 10
+#: Track numbers of two sensors differ if at most this fraction of the plots of one has the number
+#: of the nearest path of the other, within this distance, m, and the plots of a number are so often
+#: on one path. Least number of numbers.
+SAME_NUMBER_MAX, PATH_M, ON_PATH_MIN, NUMBERS_MIN = 0.25, 5000.0, 0.7, 5
 #: Reflections come from farther away than the aircraft: fraction of single plots off the path that
 #: do, and their number, at least. Of plots of other aircraft half do; of 30 % reflections 86 %.
 FARTHER_MIN, FARTHER_PLOTS_MIN = 0.75, 20
@@ -214,83 +211,66 @@ def _numbers(values: Floats, width: float) -> Floats:
     return found
 
 
-def check_codes(evidence: Evidence) -> list[Diagnosis]:
-    """Diagnose Mode 3/A codes of a sensor that differ from those of others for the same tracks.
+def check_track_numbers(comparison: Comparison, names: tuple[str, ...]) -> list[Diagnosis]:
+    """Diagnose track numbers that differ between sensors, such as those of each radar.
 
     Parameters
     ----------
-    evidence : Evidence
-        What is retained of the run.
+    comparison : Comparison
+        The plots.
+    names : tuple of str
+        Identifiers of the sensors.
+
+    Returns
+    -------
+    list of Diagnosis
+        For each sensor whose numbers are not those of the most sensors.
     """
-    codes = _codes_of_tracks(evidence)
-    pairs = codes.join(codes, on="track", suffix="_other").filter(
-        pl.col("sensor") != pl.col("sensor_other"),
-        ~pl.col("code_other").is_in(CONSPICUITY),
-    )
-    equal = (pl.col("code") == pl.col("code_other")).mean().alias("equal")
-    shares = (
-        pairs.group_by("sensor", "sensor_other")
-        .agg(equal, pl.len().alias("tracks"))
-        .filter(pl.col("tracks") >= CODES_TRACKS_MIN)
-    )
-    best = shares.group_by("sensor").agg(pl.col("equal").max(), pl.col("tracks").max())
-    wrong = best.filter(pl.col("equal") <= CODES_EQUAL_MAX).sort("sensor")
-    right = best.filter(pl.col("equal") > 1.0 - CODES_EQUAL_MAX)
-    names = [evidence.sensors.ids[one] for one in wrong["sensor"].to_list()]
-    if not names or (right.is_empty() and len(names) > 2):
-        return []
-    if right.is_empty():
-        tracks = int(wrong["tracks"].max())  # type: ignore[arg-type]  # of a column of integers
-        return [_codes_differ(names[0], f"those of {listed(names[1:])}", tracks, "")]
-    found = []
-    for name, number, tracks in zip(names, wrong["sensor"], wrong["tracks"], strict=True):
-        own = pairs.filter(
-            pl.col("sensor") == number, pl.col("sensor_other").is_in(right["sensor"].to_list())
-        )
-        found.append(_codes_differ(name, "those of the other sensors", tracks, _code_form(own)))
-    return found
-
-
-def _codes_differ(name: str, of: str, tracks: int, why: str) -> Diagnosis:
-    cause = why or "the codes of one of them belong to other rows or are in another form"
-    return Diagnosis(
-        name,
-        "codes",
-        f"{name}: its Mode 3/A codes (mode_3a) differ from {of} for nearly all of {tracks} common "
-        f"tracks: {cause}; correct the column, or leave it empty",
-    )
-
-
-# The code of most plots of each sensor in each track.
-def _codes_of_tracks(evidence: Evidence) -> pl.DataFrame:
-    plots = evidence.tracked()
-    columns = {
-        "track": plots.track_id,
-        "sensor": plots.measured.sensor,
-        "code": plots.measured.mode_3a,
+    numbered = [one for one in comparison.numbers if (comparison.plots(one).keys[:, 0] >= 0).any()]
+    differ = {
+        (first, later)
+        for first, later in combinations(numbered, 2)
+        if _are_numbered_otherwise(comparison, first, later)
     }
-    return (
-        pl.DataFrame(columns)
-        .filter(pl.col("code") >= 0)
-        .group_by("track", "sensor")
-        .agg(pl.col("code").mode().min(), pl.len().alias("plots"))
-        .filter(pl.col("plots") >= CODES_PLOTS_MIN)
-        .select("track", "sensor", pl.col("code").cast(pl.Int64))
-    )
+    if not differ:
+        return []
+    others = {one: sum(one in pair for pair in differ) for one in numbered}
+    right = [one for one in numbered if others[one] == min(others.values())]
+    wrong = [one for one in numbered if others[one] > min(others.values())] or numbered[1:]
+    than = listed([names[one] for one in right if one not in wrong])
+    return [
+        Diagnosis(
+            names[one],
+            "track_numbers",
+            f"{names[one]}: its track numbers (track_number) are not those of {than} for the same "
+            "aircraft: it probably numbers its own tracks, so that each aircraft is tracked twice; "
+            "leave track_number empty for sensors without the track numbers of a common system",
+        )
+        for one in wrong
+    ]
 
 
-def _code_form(pairs: pl.DataFrame) -> str:
-    own = [f"{code:04o}" for code in pairs["code"].to_list()]
-    others = [f"{code:04o}" for code in pairs["code_other"].to_list()]
-    for what, form in _CODE_FORMS.items():
-        same = sum(form(other) == one for one, other in zip(own, others, strict=True))
-        if same > 0.5 * len(own):
-            return f"probably {what}"
-    if len(set(own)) == 1:
-        return f"all are {own[0]}"
-    if np.isin(own, others).mean() > 0.5:
-        return "they are codes of other aircraft, and probably belong to other rows"
-    return "they are probably in another form"
+# Whether the aircraft of one sensor have other numbers in the other, each always the same.
+def _are_numbered_otherwise(comparison: Comparison, first: int, later: int) -> bool:
+    plots = comparison.tested(first)
+    numbers = plots.keys[:, 0]
+    paths = comparison.numbered_paths(later)
+    site = comparison.site(first) if comparison.is_radar(first) else None
+    pairs = candidate_pairs(plots, paths, 0.0)
+    apart_m = np.linalg.norm(positions(plots, site)[pairs.plot] - pairs.position_m, axis=1)
+    order = np.lexsort((apart_m, pairs.plot))
+    order = order[(apart_m[order] <= PATH_M) & (numbers[pairs.plot[order]] >= 0)]
+    nearest = order[np.flatnonzero(np.diff(pairs.plot[order], prepend=-1))]
+    own, path = numbers[pairs.plot[nearest]], pairs.name[nearest]
+    if len(own) < TESTED_MIN or len(np.unique(own)) < NUMBERS_MIN:
+        return False
+    name_of_path = np.full(int(paths.path.max()) + 1, -1)
+    name_of_path[paths.path] = paths.name
+    if np.mean(name_of_path[path] == own) > SAME_NUMBER_MAX:
+        return False
+    counts = pl.DataFrame({"own": own, "path": path}).group_by("own", "path").len()
+    most = counts.group_by("own").agg(pl.col("len").max())
+    return int(most["len"].sum()) >= ON_PATH_MIN * len(own)
 
 
 def check_split_radars(comparison: Comparison, names: tuple[str, ...]) -> list[Diagnosis]:

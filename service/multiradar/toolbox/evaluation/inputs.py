@@ -203,6 +203,11 @@ def read_system_tracks(
     path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
     plots = pl.DataFrame(schema=_NO_PLOTS)
     if has_dump_tracks(given) and not (given / SYSTEM_TRACKS_FILE).exists():
+        if processor is not None:
+            raise InputError(
+                f"{given}: a dump has the system tracks of one processor, without its SAC-SIC; "
+                f"omit --processor {processor}"
+            )
         recorded = dump_tracks(given)
         reference = reference_of_reports(recorded, str(given), settings.reference_gap_s, regions)
         return Known("system-tracks", given, reference, plots)

@@ -157,6 +157,31 @@ def scattered(one: Recording, share: float, seed: int = 3) -> Recording:
     return one.changed(NAME, track_number=pl.lit(pl.Series(np.where(chosen, other, numbers))))
 
 
+NUMBER = pl.col("track_number")
+
+
+# Those of other aircraft, too, as each radar counts from one.
+@pytest.mark.parametrize("number", [NUMBER + 1000, NUMBER + 7])
+@pytest.mark.parametrize("level", [False, True])
+def test_track_numbers_of_one_radar_are_named(number: pl.Expr, *, level: bool) -> None:
+    one = recording().changed(NAME, track_number=number)
+    one = one.changed(*RADARS, height_m=pl.lit(None)) if level else one
+    (found,) = one.diagnosed()
+    assert (found.sensor_id, found.code, found.severity) == (NAME, "track_numbers", "error")
+    assert "are not those of 1-10, 3-10" in found.sentence or "1-10 and 3-10" in found.sentence
+
+
+def test_track_numbers_of_each_radar_are_named() -> None:
+    one = recording()
+    for more, radar in enumerate(RADARS):
+        one = one.changed(radar, track_number=NUMBER + 1000 * more)
+    found = one.diagnosed()
+    assert [(said.sensor_id, said.code) for said in found] == [
+        (NAME, "track_numbers"), ("3-10", "track_numbers"),
+    ]  # fmt: skip
+    assert "are not those of 1-10 for the same" in found[0].sentence
+
+
 # In whole or in part: the other radars do not agree, or they do with the rest.
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.6])
 @pytest.mark.parametrize("alone", [False, True])
