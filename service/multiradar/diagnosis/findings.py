@@ -9,8 +9,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
-from multiradar.diagnosis.codes import check_codes
 from multiradar.diagnosis.columns import (
+    check_codes,
     check_constant,
     check_rounded,
     check_signed,
@@ -105,11 +105,9 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
             found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
     # Wrong identities would be compared with those of other sensors.
-    numbers = check_track_numbers(comparison, evidence.sensors.ids)
-    if numbers and not found:
-        return numbers
-    other = [*numbers, *check_codes(evidence)]
-    found += [one for one in other if one.sensor_id not in named]
+    if numbers := check_track_numbers(comparison, evidence.sensors.ids, named):
+        return [*found, *numbers]
+    found += [one for one in check_codes(evidence) if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
     found += _check_against_others(evidence, comparison, named)
     named = {one.sensor_id for one in found}

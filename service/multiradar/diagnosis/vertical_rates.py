@@ -59,8 +59,8 @@ def check_vertical_rates(
     steady = climbing & (until[first] == until[last])
     median_mps = float(np.median(rate_mps[steady])) if steady.any() else 0.0
     jumping = np.count_nonzero(jumps) / max(compared, 1)
-    telling = jumping < JUMPING_MANY and np.count_nonzero(steady) >= TESTED_MIN
-    if not telling or median_mps <= limit_mps:
+    usable = jumping < JUMPING_MANY and np.count_nonzero(steady) >= TESTED_MIN
+    if not usable or median_mps <= limit_mps:
         if jumping < JUMPING_MIN or np.median(rate_mps[climbing]) <= limit_mps:
             return None
         return _of_other_rows(name, jumping)

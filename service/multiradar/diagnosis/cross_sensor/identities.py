@@ -211,7 +211,9 @@ def _numbers(values: Floats, width: float) -> Floats:
     return found
 
 
-def check_track_numbers(comparison: Comparison, names: tuple[str, ...]) -> list[Diagnosis]:
+def check_track_numbers(
+    comparison: Comparison, names: tuple[str, ...], named: Collection[str]
+) -> list[Diagnosis]:
     """Diagnose track numbers that differ between sensors, such as those of each radar.
 
     Parameters
@@ -220,13 +222,19 @@ def check_track_numbers(comparison: Comparison, names: tuple[str, ...]) -> list[
         The plots.
     names : tuple of str
         Identifiers of the sensors.
+    named : collection of str
+        Sensors with a diagnosis, which are not compared.
 
     Returns
     -------
     list of Diagnosis
         For each sensor whose numbers are not those of the most sensors.
     """
-    numbered = [one for one in comparison.numbers if (comparison.plots(one).keys[:, 0] >= 0).any()]
+    numbered = [
+        one
+        for one in comparison.numbers
+        if names[one] not in named and (comparison.plots(one).keys[:, 0] >= 0).any()
+    ]
     differ = {
         (first, later)
         for first, later in combinations(numbered, 2)
