@@ -103,7 +103,8 @@ def time_offset(instants: Instants, gate_m: float) -> str | None:
         A sentence, with the offset; None where no offset explains it.
     """
     before = float(np.mean(instants.track_of >= 0))
-    if before > 1.0 - MATCHED_MORE:
+    # Tracks that have their aircraft are at the right time: the reference has more than they do.
+    if max(before, float(np.mean(instants.aircraft_of >= 0))) > 1.0 - MATCHED_MORE:
         return None
     near = int(LATE_MAX_S / instants.step_s)
     zones = [round(sign * one * HOUR_S / instants.step_s)
