@@ -31,7 +31,7 @@ from multiradar.clock import SystemClock
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from validation.service.takeover_subscriber import free_endpoint
-from validation.service.traffic import PERIOD_S, SITES, Sky, sensor_text, started
+from validation.service.traffic import PERIOD_S, Sky, sensors_text, started
 
 CLOCK = SystemClock()
 #: Centres of the regions, degrees, and the radars of each.
@@ -57,7 +57,7 @@ class Unit:
         self._folder, self._name = folder / name, name
         self._folder.mkdir()
         self.radars = REGIONS[name][2]
-        self._sensors = "\n".join(sensor_text(one, SITES[one]) for one in self.radars)
+        self._sensors = sensors_text(self.radars)
         self._settings = self._folder / "settings.toml"
         self._settings.write_text(_settings(name, endpoints, speed))
         self.waiting: list[bytes] = []

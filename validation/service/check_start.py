@@ -30,7 +30,7 @@ from multiradar.storage.entries import Entry
 from multiradar.storage.snapshots import Position, SnapshotFolder
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import verify_journal
-from validation.service.traffic import SITES, Traffic, sensor_text, started
+from validation.service.traffic import Traffic, sensors_text, started
 
 CLOCK = SystemClock()
 _AIRCRAFT, _DATA_S = 1000, 240.0
@@ -53,11 +53,8 @@ def main() -> int:
         short.mkdir()
         with Traffic(short, _AIRCRAFT, _DATA_S) as traffic:
             traffic.flush()
-        counts = {
-            "empty": 0,
-            "short": _measurements(short),
-            "long": _lengthened(short, long, 1e6 * options.millions),
-        }
+        few, many = _lengthened(short, long, 1e6 * options.millions)
+        counts = {"empty": 0, "short": few, "long": many}
         taken: dict[str, list[float]] = {kind: [] for kind in counts}
         for _ in range(options.starts):
             for kind in counts:
@@ -66,9 +63,7 @@ def main() -> int:
                     empty.mkdir()
                 _uncache(folder / kind)
                 taken[kind].append(_start(folder / kind))
-        sizes = {
-            kind: (folder / kind / "state" / "journal.sqlite").stat().st_size for kind in counts
-        }
+        sizes = {kind: _journal(folder / kind).stat().st_size for kind in counts}
     medians = {kind: float(np.median(times)) for kind, times in taken.items()}
     rows = tuple(
         (kind, f"{counts[kind]:,}", f"{sizes[kind] / 1e9:.1f}", f"{medians[kind]:.2f}",
@@ -80,29 +75,17 @@ def main() -> int:
     return int(medians["long"] > min(_LIMIT_S, _RATIO * medians["empty"]))
 
 
-def _measurements(folder: Path) -> int:
-    journal = _opened(folder)
-    accepted = journal.counts().accepted
-    journal.close()
-    return accepted
+def _journal(folder: Path) -> Path:
+    return folder / "state" / "journal.sqlite"
 
 
-def _opened(folder: Path, fingerprint: str = "") -> SqliteJournal:
-    path = folder / "state" / "journal.sqlite"
-    return SqliteJournal(path, fingerprint or _fingerprint(path))
-
-
-def _fingerprint(path: Path) -> str:
-    return verify_journal(path).fingerprint
-
-
-def _lengthened(short: Path, long: Path, measurements: float) -> int:
-    """Write a journal with many earlier entries, and its snapshot; return its measurements."""
-    source = _opened(short)
+def _lengthened(short: Path, long: Path, measurements: float) -> tuple[int, int]:
+    """Write a journal with many earlier entries, and its snapshot; return both measurements."""
+    fingerprint = verify_journal(_journal(short)).fingerprint
+    source = SqliteJournal(_journal(short), fingerprint)
     own = [stored.entry for stored in source.read(0)]
     source.close()
-    long.mkdir()
-    target = _opened(long, _fingerprint(short / "state" / "journal.sqlite"))
+    target = SqliteJournal(_journal(long), fingerprint)
     filler = [replace(entry, idempotency_key=None) for entry in own]
     rows = sum(entry.accepted for entry in own)
     written, piece = 0, list[Entry]()
@@ -117,14 +100,13 @@ def _lengthened(short: Path, long: Path, measurements: float) -> int:
     counts = target.counts()
     position = Position(counts.entries, target.digest(counts.entries))
     target.close()
-    paths = [folder / "state" / "journal.sqlite" for folder in (short, long)]
-    before, after = map(SnapshotFolder, paths)
+    before, after = (SnapshotFolder(_journal(folder)) for folder in (short, long))
     snapshot = before.read(before.files()[0])
     shutil.copytree(before.path, after.path)
     for file in after.files():
         file.unlink()
     after.write(snapshot._replace(position=position))
-    return counts.accepted
+    return rows, counts.accepted
 
 
 def _uncache(folder: Path) -> None:
@@ -138,9 +120,8 @@ def _uncache(folder: Path) -> None:
 
 def _start(folder: Path) -> float:
     """Return the time from the start of a process until it accepts measurements, s."""
-    sensors = "\n".join(sensor_text(*one) for one in SITES.items())
     begin_s = CLOCK.monotonic_s()
-    process = started(folder, sensors)
+    process = started(folder, sensors_text())
     assert process.stdout is not None, "it is a pipe"
     url = json.loads(process.stdout.readline())["http"]
     with httpx.Client(base_url=url, trust_env=False) as client:

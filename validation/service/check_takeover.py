@@ -37,7 +37,7 @@ from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from multiradar_schemas.measurements.columns import complete
 from validation.service.takeover_subscriber import Subscriber, free_endpoint
-from validation.service.traffic import SITES, Sky, sensor_text
+from validation.service.traffic import Sky, sensors_text
 
 CLOCK = SystemClock()
 #: Data time of a message, and the pause after it, s.
@@ -264,7 +264,7 @@ def run(
         Starts a command of multiradar.
     """
     draw, found = random.Random(seed), Found()
-    text = "\n".join(sensor_text(*one) for one in SITES.items())
+    text = sensors_text()
     (folder / "sensors.toml").write_text(text, encoding="utf-8")
     frames = _frames(aircraft, BETWEEN_S * (len(ends) + 1))
     messages = [one.write_ipc_stream(None).getvalue() for one in frames]

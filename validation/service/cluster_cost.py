@@ -25,7 +25,7 @@ from multiradar.wire.measurements import measurement_batch
 from multiradar.wire.sensors import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
 from validation.service.namespace import in_namespace, is_in_namespace, why_no_namespace
-from validation.service.traffic import SITES, Sky, sensor_text
+from validation.service.traffic import Sky, sensors_text
 
 BATCH_ROWS = 8192
 #: Data time before the measurement, in which tracks are initiated and kernels loaded, s.
@@ -97,7 +97,7 @@ def _print(found: dict[str, list[Run]]) -> None:
 
 
 def _scene(aircraft: int, seconds: float, filter_name: str) -> Scene:
-    table = sensor_table(parse_sensors("\n".join(sensor_text(*one) for one in SITES.items())))
+    table = sensor_table(parse_sensors(sensors_text()))
     batch, _ = measurement_batch(Sky(aircraft).measured(0.0, WARM_S + seconds, 0.0), table)
     settings = TrackingSettings(filter_name=filter_name, hidden_fields=HIDEABLE)
     return Scene(table, settings, batch, int((batch.time_s < WARM_S).sum()))

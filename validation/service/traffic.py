@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -175,8 +175,7 @@ class Traffic:
         settings: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
         self.sky = Sky(aircraft)
-        sensors = "\n".join(sensor_text(*one) for one in SITES.items())
-        self._process = started(folder, sensors, settings=settings)
+        self._process = started(folder, sensors_text(), settings=settings)
         if self._process.stdout is None:
             raise SystemExit("the service has no output")
         self.url: str = json.loads(self._process.stdout.readline())["http"]
@@ -260,7 +259,12 @@ def processor_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def sensor_text(name: str, site: tuple[float, float, float]) -> str:
+def sensors_text(names: Iterable[str] = tuple(SITES)) -> str:
+    """Return the `sensors.toml` of radars."""
+    return "\n".join(_sensor_text(name, SITES[name]) for name in names)
+
+
+def _sensor_text(name: str, site: tuple[float, float, float]) -> str:
     return (
         f'[[sensor]]\nid = "{name}"\nkind = "radar"\nlatitude_deg = {site[0]}\n'
         f"longitude_deg = {site[1]}\nheight_m = {site[2]}\nrange_sigma_m = {_NOISE_M}\n"

@@ -99,6 +99,10 @@ class Comparison:
             float(sensors.height_m[number]),
         )
 
+    def site_of_radar(self, number: int) -> Site | None:
+        """Return the site of a radar; None for a sensor that reports positions."""
+        return self.site(number) if self.is_radar(number) else None
+
     def apart_m(self, first: int, later: int) -> float:
         """Return the horizontal distance of two sites, m."""
         sites = np.array([(*self.site(one)[:2], 0.0) for one in (first, later)])

@@ -115,8 +115,8 @@ def check_paths(
     """
     found = []
     for number in comparison.numbers:
-        site = comparison.site(number) if comparison.is_radar(number) else None
         if names[number] not in named:
+            site = comparison.site_of_radar(number)
             found.append(check_jumps(names[number], comparison.plots(number), site))
     return [one for one in found if one is not None]
 
@@ -263,7 +263,7 @@ def _are_numbered_otherwise(comparison: Comparison, first: int, later: int) -> b
     plots = comparison.tested(first)
     numbers = plots.keys[:, 0]
     paths = comparison.numbered_paths(later)
-    site = comparison.site(first) if comparison.is_radar(first) else None
+    site = comparison.site_of_radar(first)
     pairs = candidate_pairs(plots, paths, 0.0)
     apart_m = np.linalg.norm(positions(plots, site)[pairs.plot] - pairs.position_m, axis=1)
     order = np.lexsort((apart_m, pairs.plot))
