@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.plausibility import PERIOD_WITHIN, measured_period
+from multiradar.diagnosis.cross_sensor.plausibility import PERIOD_WITHIN, gaps_s, measured_period
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.losses import LOST_MAX, two_digits
 from multiradar.diagnosis.model import Diagnosis
@@ -249,10 +249,7 @@ def _most(values: Floats) -> tuple[float, float]:
 
 # Median time between successive plots of an aircraft; NaN where aircraft are not identified.
 def _between_plots(plots: Plots) -> float:
-    names = plots.keys[:, :2].max(axis=1)
-    order = np.lexsort((plots.time_s, names))
-    same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
-    gaps = np.diff(plots.time_s[order])[same]
+    gaps = gaps_s(plots)
     return float(np.median(gaps)) if len(gaps) >= TESTED_MIN else np.nan
 
 

@@ -131,6 +131,15 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
     )
 
 
+def gaps_s(plots: Plots) -> Floats:
+    """Return the times between successive plots of each aircraft with a number or address, s."""
+    names = plots.keys[:, :2].max(axis=1)
+    order = np.lexsort((plots.time_s, names))
+    same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
+    gaps: Floats = np.diff(plots.time_s[order])[same]
+    return gaps
+
+
 def measured_period(plots: Plots) -> float:
     """Return the scan period of a radar by its plots, s; NaN where unknown."""
     found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
@@ -154,10 +163,7 @@ def check_two_radars(name: str, plots: Plots) -> Diagnosis | None:
 
 # Time between successive plots of an aircraft that most scans detect; NaN where unknown.
 def _between_plots(plots: Plots) -> float:
-    names = plots.keys[:, :2].max(axis=1)
-    order = np.lexsort((plots.time_s, names))
-    same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
-    gaps = np.diff(plots.time_s[order])[same]
+    gaps = gaps_s(plots)
     gaps = gaps[gaps > 0.1]
     if len(gaps) < TESTED_MIN:
         return np.nan
