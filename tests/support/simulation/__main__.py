@@ -52,7 +52,8 @@ def summary(total: Outcome, duration_s: float) -> str:
     elsewhere = ", ".join(map(str, ELSEWHERE))
     lines = [
         f"{total.runs} runs, {len(total.failures)} failed, {total.kills} processes ended, "
-        f"{total.takeovers} takeovers; {total.runs / max(duration_s, 1e-9):.1f} runs/s",
+        f"{total.takeovers} takeovers, {total.migrations} migrations; "
+        f"{total.runs / max(duration_s, 1e-9):.1f} runs/s",
         f"faults {len(total.faults)} of {len(FAULTS)}; rows of the fault model {len(total.rows)} "
         f"of {len(rows)} (tested elsewhere: {elsewhere}); pairs of rows {len(total.pairs)} of "
         f"{pairs}, the rarest {least} times",

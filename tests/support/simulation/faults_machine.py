@@ -189,6 +189,15 @@ def _other_configuration(world: World, drawn: random.Random) -> None:
     world.at(drawn.uniform(4.0, 14.0), world.machine.start_otherwise)
 
 
+def _migration(world: World, drawn: random.Random) -> None:
+    """The journal is migrated, to the same sensors or to others."""
+    at_s, killed = drawn.uniform(4.0, 14.0), drawn.random() < 0.3
+    name = drawn.choice((None, None, "plain", "shifted", "without"))
+    if name is not None:
+        world.suspects.add("41-20")
+    world.at(at_s, lambda: world.machine.migrate(name, killed=killed))
+
+
 FAULTS = (
     (21, "kill", _kills(power_lost=False)),
     (21, "kill of one of a pair", _kills(power_lost=False, paired=True)),
@@ -206,4 +215,5 @@ FAULTS = (
     (28, "drain of the primary", _takeovers(Machine.drain)),
     (29, "primary loses its lock", _takeovers(Machine.lose_lock)),
     (30, "other configuration", _other_configuration),
+    (30, "migration", _migration),
 )

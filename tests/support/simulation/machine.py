@@ -19,6 +19,7 @@ from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation import traffic
 from support.simulation.engines import Tampered, Tampering
 from support.simulation.front import Front
+from support.simulation.migration import migrated
 from support.simulation.process import TRACKING, Process
 from support.simulation.record import Detected, Record, Violation, require
 from support.simulation.scheduler import VirtualClock
@@ -99,6 +100,9 @@ class Machine:
         self.disk_state: Callable[[Process], None] | None = None
         self._snapshot_rows = SNAPSHOT_ROWS if seed % 2 else 0
         self._otherwise = False
+        #: Whether the journal is migrated before the next start, and whether that is killed once.
+        self._migration: SensorsFile | None = None
+        self._migration_killed = False
         #: Whether the tip may be older than the journal, so that not all damage is found.
         self._tip_is_old = False
         #: Damage that no start has reported so far.
@@ -134,6 +138,12 @@ class Machine:
         self._otherwise = True
         self.kill()
 
+    def migrate(self, name: str | None, *, killed: bool) -> None:
+        """Kill the service, migrate its journal to sensors of `SENSORS`, and start it on that."""
+        self._migration = self.sensors if name is None else SENSORS[name]
+        self._migration_killed = killed
+        self.kill()
+
     def drain(self) -> None:
         """Have an operator drain the primary, if there is a standby."""
         process = self.process
@@ -154,6 +164,8 @@ class Machine:
             raise Violation("I8", "the service never starts again")
         if self._otherwise and self._image:
             self._start_otherwise()
+        if self._migration is not None and self._image and not self._damaged:
+            self._migrate(self._migration)
         intact = dict(self._image)
         if self.damage is not None and self._image and not self._tip_is_old:
             # What a start from a snapshot does not read of the journal, it finds later.
@@ -262,6 +274,17 @@ class Machine:
             self._end(process)
         require(rejected, "I8", "it starts with another configuration")
 
+    def _migrate(self, sensors: SensorsFile) -> None:
+        self._migration = None
+        folder = self.folder / f"migration {self._starts}"
+        found = migrated(self._image, folder, sensors, killed=self._migration_killed)
+        changes = sensors is not self.sensors
+        if isinstance(found, MultiradarError):
+            self._record.migration_failed(found, changes=changes)
+            return
+        self._image, self.sensors, self._tip_is_old = found, sensors, False
+        self._record.migrated(changes=changes)
+
     def _use_start_faults(self, process: Process) -> None:
         for fault in self.start_faults:
             fault(process)
@@ -350,11 +373,16 @@ def _shifted(metres: float) -> dict[str, tuple[float, float, float]]:
     return traffic.SITES | {"41-20": (latitude + metres / 111_000.0, longitude, height)}
 
 
-#: Sensors: as they are, with a wrong site, with two radars at one site.
+def _without(name: str) -> dict[str, tuple[float, float, float]]:
+    return {one: site for one, site in traffic.SITES.items() if one != name}
+
+
+#: Sensors: as they are, with a wrong site, with two radars at one site, without a radar.
 SENSORS = {
     "plain": traffic.sensors(traffic.SITES),
     "shifted": traffic.sensors(_shifted(3_000.0)),
     "together": traffic.sensors(traffic.SITES | {"41-20": traffic.SITES["41-10"]}),
+    "without": traffic.sensors(_without("41-20")),
 }
 _FINGERPRINTS: dict[int, str] = {}
 

@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.errors import JournalError, MultiradarError
+from multiradar.errors import ConfigurationError, JournalError, MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.admission.sensors_in_force import SensorsInForce
@@ -70,12 +70,14 @@ class Record:
         self.messages: list[Message] = []
         #: Receipts by sender and key, as the service gave them.
         self.receipts: dict[tuple[str, str], list[dict[str, Any]]] = {}
+        #: Those from before a migration to other sensors, which may reject more.
+        self._before: dict[tuple[str, str], dict[str, Any]] = {}
         #: Digests of the output by entry, of all processes.
         self.digests: dict[int, str] = {}
         self.events: dict[int, bytes] = {}
         self.answers: Counter[str] = Counter()
         self.starts = 0
-        self.kills = self.takeovers = 0
+        self.kills = self.takeovers = self.migrations = 0
         #: Damage of the journal that was reported, and that was not, by kind.
         self.detected: Counter[str] = Counter()
         self.wrote_since_damage = False
@@ -120,7 +122,11 @@ class Record:
         for earlier in own:
             same = all(earlier[name] == effect[name] for name in effect)
             require(same, "I4", f"{message.key}: {effect}, before {earlier}")
-        require(bool(own) <= document["duplicate"] or not own, "I4", f"{message.key}: taken twice")
+        before = self._before.get((message.sender, message.key))
+        known = bool(own) or before is not None
+        require(known <= document["duplicate"], "I4", f"{message.key}: taken twice")
+        if before is not None:
+            self._not_more(message.key, before, effect)
         own.append(effect)
         message.receipts.append(document)
 
@@ -217,6 +223,34 @@ class Record:
                 }
             )  # fmt: skip
 
+    def migrated(self, *, changes: bool) -> None:
+        """Note that the journal was migrated: to the same sensors, with which nothing changes."""
+        self.migrations += 1
+        if not changes:
+            return
+        for name, (first, *_) in self.receipts.items():
+            self._before.setdefault(name, first)
+        self.receipts.clear()
+        self.digests.clear()
+        self.events.clear()
+        for message in self.messages:
+            message.receipts.clear()
+
+    def migration_failed(self, error: MultiradarError, *, changes: bool) -> None:
+        """Check why a journal was not migrated."""
+        # It may be empty, and changes of sensors may not apply to others.
+        empty = not (self.receipts or self._before)
+        if changes:
+            empty |= isinstance(error, ConfigurationError)
+        require(empty, "I8", f"the journal is not migrated: {error}")
+
+    def _not_more(self, key: str, before: dict[str, Any], effect: dict[str, Any]) -> None:
+        place = "journal_sequence"
+        same = before[place] == effect[place] and before["accepted"] >= effect["accepted"]
+        require(same, "I2", f"{key}: {effect} after a migration, before {before}")
+        rejected = [{row["index"] for row in one["rejected"]} for one in (before, effect)]
+        require(rejected[0] <= rejected[1], "I2", f"{key}: no longer rejected: {rejected}")
+
     # ---------------------------------------------------------------- at the end
 
     def check_status(self, process: Process) -> None:
@@ -257,6 +291,11 @@ class Record:
             require(name in keys, "I2", f"{name}: acknowledged, but not in the journal")
             for receipt in receipts:
                 self._same_effect(name, receipt, keys[name])
+        for name, before in self._before.items():
+            require(name in keys, "I2", f"{name}: acknowledged, but lost in a migration")
+            was, (sequence, *_, accepted, _, _) = before, keys[name]
+            same = was["journal_sequence"] == sequence and was["accepted"] >= accepted
+            require(same, "I2", f"{name}: receipt {was}, journal {keys[name][:6]}")
         for message in self.messages:
             found = keys.get((message.sender, message.key))
             if message.receipts and found is not None and message.rows:

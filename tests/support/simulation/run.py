@@ -23,8 +23,8 @@ class Outcome:
 
     Attributes
     ----------
-    runs, kills, takeovers : int
-        Runs, processes that ended in them, and takeovers by a standby.
+    runs, kills, takeovers, migrations : int
+        Runs, processes that ended in them, takeovers by a standby, and migrations of the journal.
     faults : Counter of str
         Runs by fault.
     pairs : Counter of pairs of int
@@ -38,6 +38,7 @@ class Outcome:
     runs: int = 0
     kills: int = 0
     takeovers: int = 0
+    migrations: int = 0
     faults: Counter[str] = field(default_factory=Counter)
     pairs: Counter[tuple[int, int]] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
@@ -48,6 +49,7 @@ class Outcome:
         self.runs += other.runs
         self.kills += other.kills
         self.takeovers += other.takeovers
+        self.migrations += other.migrations
         self.faults.update(other.faults)
         self.pairs.update(other.pairs)
         self.detected.update(other.detected)
@@ -89,6 +91,7 @@ class Simulator:
             outcome.failures.append((seed, f"{traceback.format_exc()}\n  faults: {named}"))
         outcome.kills += world.record.kills
         outcome.takeovers += world.record.takeovers
+        outcome.migrations += world.record.migrations
         outcome.detected.update(world.record.detected)
         return outcome
 

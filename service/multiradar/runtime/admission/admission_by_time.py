@@ -27,7 +27,7 @@ them it is in the journal: the accepted rows of each entry, and the data clock a
 
 import json
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,9 @@ TOLERANCE_HORIZONS = 0.5
 ALARM_ROWS = 3
 #: A sensor has a storm alarm from this fraction of the burst on that it may have.
 STORM_SHARE = 0.5
+#: Numbers in the state of an older version.
+_OLD_CLOCK, _OLD_RUN = 4, 5
+_MALFORMED = (ValueError, TypeError, KeyError, IndexError)
 
 
 def data_clock_of(state: str) -> float:
@@ -297,6 +300,22 @@ class Admission:
         """Return the greatest mean rate of the rows of a sensor, 1/s of data time."""
         return 1.0 / float(self._pace[sensor, kernels.INTERVAL])
 
+    def use_clock_of(self, state: str) -> None:
+        """Continue with the data clock of a state, which may be of other sensors.
+
+        Raises
+        ------
+        JournalError
+            If the text is not a state of an admission.
+        """
+        try:
+            self._clock = _clock_of(json.loads(state))
+        except _MALFORMED as error:
+            raise _not_a_state(state) from error
+        self._run[kernels.RUN_COUNT] = 0
+        # Rows counted at a clock that was farther.
+        self._due = np.minimum(self._due, self.released_to_s + self._pace[:, kernels.BURST])
+
     def state(self) -> str:
         """Return the state as JSON, for `restore`."""
         # Hexadecimal floats are exact, and represent NaN and infinity.
@@ -326,13 +345,11 @@ class Admission:
         """
         try:
             fields = json.loads(state)
-            clock = [float.fromhex(text) for text in fields["clock"]]
+            clock = _clock_of(fields)
             run = [int(value) for value in fields["run"]]
-            if (len(clock), len(run)) == (4, 5):
-                # Of a version in which every accepted row advanced the data clock.
-                clock.append(-np.inf if np.isnan(clock[0]) else clock[0])
+            if len(run) == _OLD_RUN:
                 run.append(0)
-            if (len(clock), len(run)) != (len(self._clock), len(self._run)):
+            if len(run) != len(self._run):
                 msg = "wrong length"
                 raise ValueError(msg)
             standing = np.zeros_like(self._standing)
@@ -341,9 +358,24 @@ class Admission:
             due = np.full(self.sensors, -np.inf)
             for sensor, text in fields.get("due", []):
                 due[sensor] = float.fromhex(text)
-        except (ValueError, TypeError, KeyError, IndexError) as error:
-            raise JournalError(f"expected an admission state, was {state!r}") from error
-        self._clock = np.array(clock)
+        except _MALFORMED as error:
+            raise _not_a_state(state) from error
+        self._clock = clock
         self._run = np.array(run, np.int64)
         self._standing = standing
         self._due = due
+
+
+def _clock_of(fields: dict[str, Any]) -> NDArray[np.float64]:
+    clock = [float.fromhex(text) for text in fields["clock"]]
+    if len(clock) == _OLD_CLOCK:
+        # Of a version in which every accepted row advanced the data clock.
+        clock.append(-np.inf if np.isnan(clock[0]) else clock[0])
+    if len(clock) != _OLD_CLOCK + 1:
+        msg = "wrong length"
+        raise ValueError(msg)
+    return np.array(clock)
+
+
+def _not_a_state(state: str) -> JournalError:
+    return JournalError(f"expected an admission state, was {state!r}")

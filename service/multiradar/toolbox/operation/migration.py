@@ -1,7 +1,7 @@
 """Migration: the entries of a journal in a new one, for other sensors, settings or rules."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +67,9 @@ def migrate(
     """Write the entries of a state or an archive into a new state.
 
     All measurements are admitted again, by the present rules and the sensors and settings that are
-    given. Rejected rows stay rejected; keys of messages and changes of sensors are kept.
+    given. The data clock is that of the old journal: it depends on times of reception, which the
+    journal does not contain. Rejected rows stay rejected; keys of messages and changes of sensors
+    are kept.
 
     Parameters
     ----------
@@ -97,7 +99,7 @@ def migrate(
     ConfigurationError
         The journal is of another format, or a change of a sensor does not apply to these sensors.
     """
-    from multiradar.runtime.admission.admission_by_time import Admission
+    from multiradar.runtime.admission.past_admission import PastAdmission
     from multiradar.runtime.admission.sensors_in_force import SensorsInForce
     from multiradar.runtime.engine.fingerprint import configuration_fingerprint
     from multiradar.storage.backup import DATABASE
@@ -109,7 +111,7 @@ def migrate(
     described = read_sensors(settings.sensors)
     table, tracking = load_sensor_table(settings.sensors, described), settings.tracking_settings()
     sensors = SensorsInForce.of(table, described)
-    admission = Admission.for_sensors(sensors.table, tracking.reorder_horizon_s)
+    admission = PastAdmission.for_sensors(sensors.table, tracking.reorder_horizon_s)
     done = Migration()
     with new_folder(out) as folder:
         path = folder / DATABASE
@@ -147,7 +149,8 @@ def _admitted(
     prepared = prepare([submission], sensors.table, admission)[0]
     if isinstance(prepared, Exception):
         raise prepared
-    return prepared.entry, sensors
+    admission.use_clock_of(entry.admission)
+    return replace(prepared.entry, admission=admission.state()), sensors
 
 
 # The message of an entry, whose accepted rows stood between the rejected ones.

@@ -10,13 +10,11 @@ from support.simulation.__main__ import run
 pytestmark = pytest.mark.slow
 
 #: Chosen one after the other of the first 1500 for the pairs of faults that none before has: more
-#: pairs than in the first 60. Six have a standby, with which a run takes 1.5 times as long.
+#: pairs than in the first 60. Some have a standby, with which a run takes 1.5 times as long.
 SEEDS = (
-    19, 24, 37, 38, 501, 977, 955, 106, 609, 225, 282, 408, 283, 573,
-    762, 791, 1039, 663, 927, 1192, 1207, 1266, 531, 832, 1468, 599,
+    19, 37, 38, 1470, 977, 1460, 1166, 791, 408, 955, 609, 664, 1039, 1192,
+    516, 663, 927, 1266, 282, 26, 1102, 617, 501, 1129, 752, 926, 69, 120,
 )  # fmt: skip
-#: Those that have found a fault.
-FOUND = (3000831, 7001528)
 PAIRS_MIN = 500
 
 
@@ -29,7 +27,7 @@ def simulated(*options: object) -> str:
 
 @pytest.mark.parametrize("first", range(2))
 def test_no_acknowledged_measurement_is_lost(first: int) -> None:
-    seeds = [*SEEDS[first::2], FOUND[first]]
+    seeds = SEEDS[first::2]
     said = simulated("--workers", 1, "--seeds", *seeds)
     assert f"{len(seeds)} runs, 0 failed, " in said
 
