@@ -181,10 +181,12 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     from multiradar.clock import SystemClock
     from multiradar.observability.logs import configure_logs
     from multiradar.runtime.heap import release_heap
+    from multiradar.storage.snapshots import SnapshotFolder
 
     configure_logs(settings.log.level, settings.log.form, SystemClock())
     sensors = read_sensors(settings.sensors)
     _check_start(settings)
+    SnapshotFolder(settings.journal.path).read_ahead()
     # It takes seconds to import, many on a loaded machine.
     from multiradar.app import Application
 

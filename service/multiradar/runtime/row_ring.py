@@ -126,17 +126,18 @@ class RowRing:
         """Add rows, in order."""
         kept = rows[-len(self._rows) :]
         self._claimed = self._appended + len(rows)
-        self._rows[np.arange(self._claimed - len(kept), self._claimed) % len(self._rows)] = kept
+        store(self._rows, self._claimed - len(kept), kept)
         self._appended = self._claimed
 
     def rows(self, first: int, end: int) -> NDArray[Any]:
         """Return a copy of the rows first…end; see `RowLog.rows`."""
         begin, count = first % len(self._rows), end - first
         beyond = max(begin + count - len(self._rows), 0)
-        found = np.concatenate([self._rows[begin : begin + count], self._rows[:beyond]])
+        octets = _records(self._rows)
+        found = np.concatenate([octets[begin : begin + count], octets[:beyond]])
         if first < self.oldest:
             raise StateError(f"row {first} of {self._appended} is no longer retained")
-        return found
+        return found.view(self._rows.dtype)
 
     def last(self, count: int) -> NDArray[Any]:
         """Return a copy of the last rows, at most so many."""
@@ -146,4 +147,29 @@ class RowRing:
     def refill(self, first: int, rows: NDArray[Any]) -> None:
         """Replace the content; see `RowLog.refill`."""
         self._appended = self._claimed = first
-        self.append(rows.astype(self._rows.dtype, casting="equiv"))
+        self.append(rows.astype(self._rows.dtype, casting="equiv", copy=False))
+
+
+def store(ring: NDArray[Any], first: int, values: NDArray[Any]) -> None:
+    """Write values to their places in a ring, which holds them all.
+
+    Parameters
+    ----------
+    ring : (capacity, ...) ndarray
+        Written to.
+    first : int
+        Number of the first value.
+    values : (n, ...) ndarray
+        At most as many as the capacity.
+    """
+    if values.dtype == ring.dtype:
+        ring, values = _records(ring), _records(values)
+    begin = first % len(ring)
+    until_end = min(len(values), len(ring) - begin)
+    ring[begin : begin + until_end] = values[:until_end]
+    ring[: len(values) - until_end] = values[until_end:]
+
+
+def _records(rows: NDArray[Any]) -> NDArray[Any]:
+    # Records of several fields as octets: numpy copies them five times as fast.
+    return rows.view(f"V{rows.dtype.itemsize}") if rows.dtype.names else rows

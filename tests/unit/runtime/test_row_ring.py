@@ -49,3 +49,23 @@ def test_all_rows_are_copied_although_the_oldest_are_overwritten_meanwhile() -> 
 def test_rows_that_come_faster_than_they_are_copied_are_an_error() -> None:
     with pytest.raises(StateError, match="no longer retained"):
         rows_of_cuts(_cuts(0.7))
+
+
+@pytest.mark.parametrize("kind", ["i8", [("track_id", "i8"), ("time_s", "f8"), ("note", "S3")]])
+@pytest.mark.parametrize("first", [0, 3, 7, 700])
+def test_rows_are_read_as_they_were_written_round_the_end(kind: Any, first: int) -> None:
+    ring, kept = RowRing(8, np.dtype(kind)), np.arange(first, first + 8)
+    given = kept.astype(np.dtype(kind)) if kind == "i8" else np.empty(8, np.dtype(kind))
+    for place, number in enumerate(kept if kind != "i8" else ()):
+        given[place] = (number, number / 4.0, f"{number % 100}")
+    ring.refill(first, given[:5])
+    ring.append(given[5:])
+    np.testing.assert_array_equal(ring.rows(first, first + 8), given)
+    assert ring.last(3).tolist() == given[-3:].tolist()
+
+
+def test_rows_of_an_older_type_are_converted() -> None:
+    ring = RowRing(8, np.dtype([("time_s", "f8"), ("number", "i8")]))
+    rows = np.array([(1.5, 2), (2.5, 3)], [("time_s", ">f8"), ("number", ">i8")])
+    ring.refill(0, rows)
+    assert ring.rows(0, 2).tolist() == [(1.5, 2), (2.5, 3)]

@@ -15,7 +15,7 @@ from multiradar import wire
 from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.row_ring import RowRing
+from multiradar.runtime.row_ring import RowRing, store
 from multiradar.tracking.columns import row_type, table_of
 from multiradar.tracking.outputs import TrackUpdates
 
@@ -206,10 +206,9 @@ class TrackHistory(RowRing):
         previous = np.empty(len(rows), np.int64)
         previous[1:] = numbers[order[:-1]]
         previous[starts] = self._newest[tracks[starts]]
-        slot = numbers % len(self._rows)
-        self._rows[slot] = rows
-        self._time_s[slot] = rows["time_s"]
-        self._previous[slot[order]] = previous
+        store(self._rows, self._appended, rows)
+        store(self._time_s, self._appended, rows["time_s"])
+        self._previous[numbers[order] % len(self._rows)] = previous
         ends = np.r_[starts[1:], True]
         self._newest[tracks[ends]] = numbers[order[ends]]
         self._appended = self._claimed

@@ -130,7 +130,7 @@ def _rows_of(kept: _Kept) -> NDArray[np.void]:
 
 def _states_of(rows: NDArray[np.void]) -> TrackStates:
     names = rows.dtype.names or ()
-    found = {name: np.ascontiguousarray(rows[name]) for name in names}
+    found = {name: np.array(rows[name], order="C") for name in names}
     modes = None
     if _MODE_FIELDS[0] in found:
         modes = ModeStates(*(found[name] for name in _MODE_FIELDS))
