@@ -38,6 +38,7 @@ _ROWS_CEILING = 2**31 - 1
 _TIMES = ("time_s", "time_ns", "time")
 _COLUMNS = (*_TIMES, *[name for name in MEASUREMENT_SCHEMA if name != "time_s"])
 _LOST = "__lost"
+_TEXTS = [name for name, kind in MEASUREMENT_SCHEMA.items() if kind == pl.String()]
 _INTEGERS = (
     pl.Int8,
     pl.Int16,
@@ -56,13 +57,10 @@ _ACCEPTED: dict[pl.DataType, tuple[str, tuple[type[pl.DataType], ...]]] = {
     pl.Boolean(): ("true or false", (pl.Boolean,)),
 }
 
-# Built once: it takes longer than their evaluation on a short message.
-_ABSENT = {
-    name: pl.lit(None, kind).alias(name)
-    for name, kind in {
-        **MEASUREMENT_SCHEMA, "time_ns": pl.Int64(), "time": pl.Datetime("us", "UTC"),
-    }.items()
-}  # fmt: skip
+_NO_ROWS = pl.DataFrame(
+    schema={**MEASUREMENT_SCHEMA, "time_ns": pl.Int64(), "time": pl.Datetime("us", "UTC")}
+)
+_NONE_LOST = pl.Series(_LOST, [None], dtype=pl.String)
 
 
 def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
@@ -160,13 +158,14 @@ def _typed(frame: pl.DataFrame) -> pl.DataFrame:
     lost = [
         frame[name].cast(pl.String).set(columns[name].is_not_null(), None)
         for name in ("track_number", "time_ns")
-        if name in columns
+        if name in columns and columns[name].null_count() > frame[name].null_count()
     ]
-    typed = pl.DataFrame(list(columns.values()), height=len(frame)) if columns else frame
-    absent = [one for name, one in _ABSENT.items() if name not in columns]
-    overflow = pl.coalesce(*lost, pl.lit(None, pl.String))
-    index = pl.int_range(pl.len(), dtype=pl.UInt32).alias("index")
-    return typed.with_columns(absent).with_columns(overflow.alias(_LOST), index, SECONDS)
+    typed = pl.concat([_NO_ROWS, pl.DataFrame(list(columns.values()))], how="diagonal")
+    index = pl.Series(INDEX_COLUMN, range(len(frame)), dtype=pl.UInt32)
+    typed = typed.hstack([_NONE_LOST.new_from_index(0, len(frame)), index])
+    if lost:
+        typed = typed.with_columns(pl.coalesce(*lost).alias(_LOST))
+    return typed if "time_s" in columns else typed.with_columns(SECONDS)
 
 
 def _column(column: pl.Series) -> pl.Series:
@@ -177,6 +176,8 @@ def _column(column: pl.Series) -> pl.Series:
     expected, accepted = _ACCEPTED[wanted]
     if column.dtype != pl.Null() and not isinstance(column.dtype, accepted):
         raise _wrong_type(column, expected)
+    if type(column.dtype) is type(wanted):
+        return column
     # Only an integer can overflow; it becomes null here and its row is rejected.
     return column.cast(wanted, strict=False)
 
@@ -193,7 +194,7 @@ def _wrong_type(column: pl.Series, expected: str) -> BodyError:
 
 
 def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
-    texts = [name for name, kind in MEASUREMENT_SCHEMA.items() if kind == pl.String()]
+    texts = [name for name in _TEXTS if frame[name].null_count() < len(frame)]
     total = sum(frame.select(pl.col(texts).str.len_bytes().cast(pl.Int64).sum()).row(0))
     most = TEXT_EXPANSION_MAX * body_bytes
     if total > most:
@@ -208,12 +209,16 @@ _GATES = (
         "an integer of at most 63 bits",
         pl.col(_LOST).is_not_null(),
         _LOST,
+        clear=lambda columns: _LOST in columns.empty,
     ),
     *PHYSICAL_GATES,
 )
 
 
-_PARSED = [pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items()]
+_USUAL = {
+    "mode_s_address": pl.col("mode_s_address").str.to_lowercase(),
+    "callsign": pl.col("callsign").str.strip_chars(" ").str.to_uppercase(),
+}
 
 
 def _gated(frame: pl.DataFrame) -> Parsed:
@@ -227,11 +232,9 @@ def _gated(frame: pl.DataFrame) -> Parsed:
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)
         ]
         taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
-    usual = taken.with_columns(
-        pl.col("mode_s_address").str.to_lowercase(),
-        pl.col("callsign").str.strip_chars(" ").str.to_uppercase(),
-    )
-    return Parsed(usual.select(_PARSED), rejected)
+    filled = [one for name, one in _USUAL.items() if taken[name].null_count() < len(taken)]
+    usual = taken.with_columns(filled) if filled else taken
+    return Parsed(usual[PARSED_SCHEMA.names()], rejected)
 
 
 def _raw(row: dict[str, Any]) -> str:

@@ -19,6 +19,7 @@ ROWS_MAX = 100_000
 #: Columns of `Parsed.frame`.
 PARSED_SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, INDEX_COLUMN: pl.UInt32()})
 
+_NAMES = MEASUREMENT_SCHEMA.names()
 _ROW_SCHEMA = {
     **MEASUREMENT_SCHEMA,
     "time_ns": pl.Int64(),
@@ -85,11 +86,10 @@ def rows_frame(rows: Sequence[Measurement], index: Sequence[int] | None = None) 
         A row each, with the time in seconds.
     """
     frame = pl.DataFrame([row.__dict__ for row in rows], schema=_ROW_SCHEMA)
-    places = pl.int_range(pl.len()) if index is None else pl.Series(index, dtype=pl.UInt32)
-    return frame.with_columns(
-        SECONDS,
-        places.alias(INDEX_COLUMN),
-    ).select(pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items())
+    if frame["time_s"].null_count():
+        frame = frame.with_columns(SECONDS)
+    places = range(len(rows)) if index is None else index
+    return frame[_NAMES].hstack([pl.Series(INDEX_COLUMN, places, dtype=pl.UInt32)])
 
 
 def check_rows_max(rows: int, rows_max: int) -> None:

@@ -4,6 +4,8 @@ Few recordings have these columns. If they are empty they are omitted, so that j
 stay compatible with earlier versions.
 """
 
+from collections.abc import Sequence
+
 import polars as pl
 
 from multiradar_schemas.measurements.columns import (
@@ -41,33 +43,35 @@ MEASURES_ELEVATION = "__measures_elevation"
 
 def has_directions(frame: pl.DataFrame) -> bool:
     """Return whether any measurement has an elevation or the position of its source."""
-    return any(_has(frame, name) for name in MEASUREMENT_DIRECTIONS)
+    return bool(_filled(frame, MEASUREMENT_DIRECTIONS))
 
 
 def has_column(frame: pl.DataFrame, name: str) -> bool:
     """Return whether any measurement has a value of an optional column."""
-    return _has(frame, name)
+    return bool(_filled(frame, (name,)))
 
 
 def has_aircraft_data(frame: pl.DataFrame) -> bool:
     """Return whether any measurement has aircraft-derived data."""
-    return any(_has(frame, name) for name in MEASUREMENT_AIRCRAFT)
+    return bool(_filled(frame, MEASUREMENT_AIRCRAFT))
 
 
 def filled_columns(frame: pl.DataFrame) -> frozenset[str]:
     """Return the optional columns that `without_empty_columns` keeps."""
-    directions = MEASUREMENT_DIRECTIONS if has_directions(frame) else ()
-    return frozenset((*(name for name in _SINGLE if _has(frame, name)), *directions))
+    filled = _filled(frame, _OPTIONAL)
+    directed = not filled.isdisjoint(MEASUREMENT_DIRECTIONS)
+    return filled.union(MEASUREMENT_DIRECTIONS) if directed else filled
 
 
 def without_empty_columns(frame: pl.DataFrame) -> pl.DataFrame:
     """Return measurements without the optional columns that are empty."""
-    frame = frame.drop([name for name in _SINGLE if not _has(frame, name)], strict=False)
-    return frame if has_directions(frame) else frame.drop(MEASUREMENT_DIRECTIONS, strict=False)
+    kept = filled_columns(frame)
+    return frame[[name for name in frame.columns if name in kept or name not in _OPTIONAL]]
 
 
-def _has(frame: pl.DataFrame, name: str) -> bool:
-    return name in frame.columns and frame[name].null_count() < len(frame)
+def _filled(frame: pl.DataFrame, names: Sequence[str]) -> frozenset[str]:
+    found = frozenset(names).intersection(frame.columns)
+    return frozenset(name for name in found if frame[name].null_count() < len(frame))
 
 
 def sensor_gates() -> tuple[Gate, ...]:

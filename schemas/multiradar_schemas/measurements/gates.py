@@ -1,7 +1,10 @@
 """Columnar validation: a table of measurements in, rejected rows with reasons out."""
 
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -40,6 +43,38 @@ from multiradar_schemas.measurements.measurement import (
 )
 from multiradar_schemas.reject import RejectCode
 
+#: Rows up to which gates are first tried on lists: an expression takes longer than its evaluation.
+LISTED_ROWS_MAX = 256
+
+
+class Lists(dict[str, list[Any]]):
+    """Columns of a short table as lists, made when they are used.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The table.
+    empty : frozenset of str
+        Its columns without a value.
+    """
+
+    def __init__(self, frame: pl.DataFrame, empty: frozenset[str]) -> None:
+        super().__init__()
+        self._frame = frame
+        self.empty = empty
+
+    def __missing__(self, name: str) -> list[Any]:
+        values = self[name] = self._frame[name].to_list()
+        return values
+
+
+# Whether no row is rejected, for certain.
+Clear = Callable[[Lists], bool]
+
+
+def _unclear(_columns: Lists) -> bool:
+    return False
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gate:
@@ -57,6 +92,8 @@ class Gate:
         Whether a row is rejected; null means no.
     shows : str, optional
         The column whose value the message quotes, if it is not the invalid one.
+    clear : callable
+        Whether no row of a short table is rejected, for certain; else `rejects` decides.
     """
 
     code: RejectCode
@@ -64,6 +101,7 @@ class Gate:
     expected: str
     rejects: pl.Expr
     shows: str | None = None
+    clear: Clear = _unclear
 
 
 # Codes of gates that may reject a row without a value in their column.
@@ -93,6 +131,10 @@ def rejections(
     """
     # Most recordings leave most columns empty. Only an absent value is a reason to reject there.
     empty = frozenset(one.name for one in frame if one.null_count() == len(frame))
+    if len(frame) <= LISTED_ROWS_MAX:
+        lists = Lists(frame, empty)
+        if all(gate.clear(lists) for gate in gates if _may_reject(gate, empty)):
+            return np.empty(0, np.int64), (), ()
     gate_number = frame.select(_first_gate(gates, empty)).to_series()
     if gate_number.null_count() == len(gate_number):
         return np.empty(0, np.int64), (), ()
@@ -110,9 +152,13 @@ def _first_gate(gates: tuple[Gate, ...], empty: frozenset[str]) -> pl.Expr:
     cascade = [
         pl.when(gate.rejects).then(pl.lit(number, pl.Int16))
         for number, gate in enumerate(gates)
-        if gate.field not in empty or gate.code in _OF_ABSENCE
+        if _may_reject(gate, empty)
     ]
     return pl.coalesce(cascade).alias("gate")
+
+
+def _may_reject(gate: Gate, empty: frozenset[str]) -> bool:
+    return (gate.shows or gate.field) not in empty or gate.code in _OF_ABSENCE
 
 
 def _sentence(gate: Gate, row: dict[str, object]) -> str:
@@ -125,24 +171,62 @@ def _sentence(gate: Gate, row: dict[str, object]) -> str:
     return f"{gate.field}: expected {gate.expected}, was {found}"
 
 
-def _number(field: str, expected: str, inside: pl.Expr) -> tuple[Gate, Gate]:
-    finite = Gate(RejectCode.NON_FINITE, field, "a finite number", ~pl.col(field).is_finite())
-    return finite, Gate(RejectCode.OUT_OF_RANGE, field, expected, ~inside)
+# The same condition, of an expression and of a number; NaN and infinity do not meet it.
+_Inside = Callable[[Any], Any]
+
+
+def _number(field: str, expected: str, inside: _Inside) -> tuple[Gate, Gate]:
+    def clear(columns: Lists) -> bool:
+        return all(value is None or inside(value) for value in columns[field])
+
+    column = pl.col(field)
+    # What is inside is finite.
+    finite = Gate(
+        RejectCode.NON_FINITE, field, "a finite number", ~column.is_finite(), clear=lambda _: True
+    )
+    return finite, Gate(RejectCode.OUT_OF_RANGE, field, expected, ~inside(column), clear=clear)
 
 
 def _between(field: str, least: float, most: float, unit: str) -> tuple[Gate, Gate]:
     expected = f"a number from {least:g} to {most:g} {unit}"
-    return _number(field, expected, pl.col(field).is_between(least, most))
+    return _number(field, expected, lambda value: (value >= least) & (value <= most))
+
+
+def _given(field: str) -> Gate:
+    return Gate(
+        RejectCode.MISSING_FIELD, field, "a value", pl.col(field).is_null(),
+        clear=lambda columns: None not in columns[field],
+    )  # fmt: skip
+
+
+def _one_of(code: RejectCode, field: str, known: tuple[str, ...]) -> Gate:
+    return Gate(
+        code, field, f"one of {', '.join(known)}", ~pl.col(field).is_in(known),
+        clear=lambda columns: {*known, None}.issuperset(columns[field]),
+    )  # fmt: skip
 
 
 def _text(field: str, pattern: str) -> Gate:
-    rejects = ~pl.col(field).str.contains(pattern)
-    return Gate(RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}", rejects)
+    # Stricter than the expression: it does not match before a line feed at the end.
+    matches = lru_cache(maxsize=4096)(re.compile(pattern, re.ASCII).fullmatch)
+    return Gate(
+        RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}",
+        ~pl.col(field).str.contains(pattern),
+        clear=lambda columns: all(value is None or matches(value) for value in columns[field]),
+    )  # fmt: skip
 
 
 def _needed(field: str, kinds: tuple[str, ...]) -> Gate:
+    def clear(columns: Lists) -> bool:
+        if field not in columns.empty and None not in columns[field]:
+            return True
+        return not any(
+            value is None and kind in kinds
+            for value, kind in zip(columns[field], columns["kind"], strict=True)
+        )
+
     rejects = pl.col(field).is_null() & pl.col("kind").is_in(kinds)
-    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", rejects)
+    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", rejects, clear=clear)
 
 
 def _needs() -> tuple[Gate, ...]:
@@ -158,14 +242,17 @@ def _whole_source() -> tuple[Gate, ...]:
     given = pl.any_horizontal(pl.col(name).is_not_null() for name in SOURCE_FIELDS)
     expected = f"all of {SOURCE} or none"
     return tuple(
-        Gate(RejectCode.MISSING_FIELD, name, expected, given & pl.col(name).is_null())
+        Gate(
+            RejectCode.MISSING_FIELD, name, expected, given & pl.col(name).is_null(),
+            clear=lambda columns: columns.empty.issuperset(SOURCE_FIELDS),
+        )
         for name in SOURCE_FIELDS
-    )
+    )  # fmt: skip
 
 
 def _direction(field: str) -> tuple[Gate, Gate]:
     expected = f"degrees from 0 to less than {TURN_DEG:g}"
-    return _number(field, expected, (pl.col(field) >= 0.0) & (pl.col(field) < TURN_DEG))
+    return _number(field, expected, lambda value: (value >= 0.0) & (value < TURN_DEG))
 
 
 def _aircraft_data() -> tuple[Gate, ...]:
@@ -184,32 +271,23 @@ def _aircraft_data() -> tuple[Gate, ...]:
     )
 
 
-_time = pl.col("time_s")
-_range = pl.col("range_m")
-_azimuth = pl.col("azimuth_deg")
-
 #: Gates of every table of measurements, independent of its sensors.
 PHYSICAL_GATES: tuple[Gate, ...] = (
-    Gate(RejectCode.MISSING_FIELD, "time_s", "a value", _time.is_null()),
-    Gate(RejectCode.MISSING_FIELD, "sensor_id", "a value", pl.col("sensor_id").is_null()),
-    Gate(RejectCode.MISSING_FIELD, "kind", "a value", pl.col("kind").is_null()),
-    Gate(
-        RejectCode.UNKNOWN_KIND,
-        "kind",
-        f"one of {', '.join(KINDS)}",
-        ~pl.col("kind").is_in(KINDS),
-    ),
+    _given("time_s"),
+    _given("sensor_id"),
+    _given("kind"),
+    _one_of(RejectCode.UNKNOWN_KIND, "kind", KINDS),
     *_needs(),
-    *_number("time_s", f"seconds below {TIME_MAX_S:g}", _time.abs() < TIME_MAX_S),
+    *_number("time_s", f"seconds below {TIME_MAX_S:g}", lambda value: abs(value) < TIME_MAX_S),
     *_number(
         "range_m",
         f"metres greater than 0, at most {RANGE_MAX_M:g}",
-        (_range > 0.0) & (_range <= RANGE_MAX_M),
+        lambda value: (value > 0.0) & (value <= RANGE_MAX_M),
     ),
     *_number(
         "azimuth_deg",
         f"degrees from 0 to less than {AZIMUTH_END_DEG:g}",
-        (_azimuth >= 0.0) & (_azimuth < AZIMUTH_END_DEG),
+        lambda value: (value >= 0.0) & (value < AZIMUTH_END_DEG),
     ),
     *_between("latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
     *_between("longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
@@ -219,6 +297,7 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
         "track_number",
         "a number of at least 0",
         pl.col("track_number") < 0,
+        clear=lambda columns: all(value is None or value >= 0 for value in columns["track_number"]),
     ),
     _text("sensor_id", SENSOR_ID_PATTERN),
     _text("mode_3a", MODE_3A_PATTERN),
@@ -230,11 +309,6 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
     *_whole_source(),
     *_between("position_sigma_m", *POSITION_SIGMA_M, "m"),
-    Gate(
-        RejectCode.OUT_OF_RANGE,
-        "detection",
-        f"one of {', '.join(DETECTIONS)}",
-        ~pl.col("detection").is_in(DETECTIONS),
-    ),
+    _one_of(RejectCode.OUT_OF_RANGE, "detection", DETECTIONS),
     *_aircraft_data(),
 )

@@ -1,5 +1,6 @@
 """Measurements from the wire format to the batch of the core, and back."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +36,13 @@ from multiradar_schemas.measurements.directions import (
     has_directions,
     sensor_gates,
 )
-from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
+from multiradar_schemas.measurements.gates import (
+    LISTED_ROWS_MAX,
+    PHYSICAL_GATES,
+    Gate,
+    Lists,
+    rejections,
+)
 from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
 from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 
@@ -162,38 +169,67 @@ def require_columns(frame: pl.DataFrame) -> None:
     MissingColumnError, InputError
         As `measurement_batch`.
     """
-    schema = frame.schema
-    missing = [name for name in MEASUREMENT_REQUIRED if name not in schema]
+    found = dict(zip(frame.columns, frame.dtypes, strict=True))
+    missing = [name for name in MEASUREMENT_REQUIRED if name not in found]
     if missing:
         raise MissingColumnError("measurements", missing, frame.columns)
     for name, kind in MEASUREMENT_SCHEMA.items():
-        found = schema.get(name, kind)
-        if found not in (kind, pl.Null()):
-            msg = f"measurements: expected the column {name} to be {kind}, was {found}"
+        # Simple types are equal if their classes are, which compares faster.
+        if name in found and type(found[name]) not in (type(kind), pl.Null):
+            msg = f"measurements: expected the column {name} to be {kind}, was {found[name]}"
             raise InputError(msg)
 
 
 def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
-    aliases = [name for name, _ in table.aliases]
-    number = np.array([*range(len(table)), *(row for _, row in table.aliases)], np.int32)
-    names = pl.Series([*table.ids, *aliases], dtype=pl.String)
-    end_m = pl.Series(table.range_max_m * RANGE_MAX_FACTOR)
-    sensor = pl.col("sensor_id").replace_strict(
-        names, pl.Series(number), default=None, return_dtype=pl.Int32
+    sensors = {name: number for number, name in enumerate(table.ids)} | dict(table.aliases)
+    index = _numbers(frame["sensor_id"], sensors, pl.Int32())
+    end_m = table.range_max_m * RANGE_MAX_FACTOR
+    return frame.hstack(
+        [
+            index.alias(_SENSOR),
+            _numbers(frame["kind"], _KIND_NUMBERS, pl.Int8()).alias(_KIND),
+            _gathered(table.kinds, index).alias(_SENSOR_KIND),
+            _gathered(end_m, index).alias(_RANGE_END),
+            _gathered(table.disabled, index).alias(_DISABLED),
+        ]
     )
-    kinds = pl.Series(KINDS, dtype=pl.String)
-    kind_numbers = pl.Series([KIND_NUMBER[name] for name in KINDS], dtype=pl.Int8)
-    frame = frame.with_columns(
-        sensor.alias(_SENSOR),
-        pl.col("kind")
-        .replace_strict(kinds, kind_numbers, default=None, return_dtype=pl.Int8)
-        .alias(_KIND),
+
+
+def _gathered(values: NDArray[Any], index: pl.Series) -> pl.Series:
+    if index.null_count():
+        return pl.Series(values).gather(index)
+    return pl.Series(values[index.to_numpy()])
+
+
+def _numbers(names: pl.Series, numbers: Mapping[str, int], kind: pl.DataType) -> pl.Series:
+    """Return the numbers of names, null for others."""
+    if len(names) <= LISTED_ROWS_MAX:
+        return pl.Series([numbers.get(name) for name in names.to_list()], dtype=kind)
+    return names.replace_strict(
+        pl.Series(list(numbers), dtype=pl.String), pl.Series(numbers.values(), dtype=kind),
+        default=None, return_dtype=kind,
+    )  # fmt: skip
+
+
+_KIND_NUMBERS = {name: KIND_NUMBER[name] for name in KINDS}
+_DETECTION_NUMBERS = {name: number for number, name in enumerate(DETECTIONS)}
+
+
+def _fitting(kind: int | None, of_sensor: int | None) -> bool:
+    # A radar without range, for example under jamming, still measures bearings.
+    return (
+        kind is None
+        or of_sensor is None
+        or kind == of_sensor
+        or (kind == KIND_BEARING and of_sensor == KIND_RADAR)
     )
-    index = frame[_SENSOR]
-    return frame.with_columns(
-        pl.Series(table.kinds).gather(index).alias(_SENSOR_KIND),
-        end_m.gather(index).alias(_RANGE_END),
-        pl.Series(table.disabled).gather(index).alias(_DISABLED),
+
+
+def _within_range(columns: Lists) -> bool:
+    rows = zip(columns[_KIND], columns["range_m"], columns[_RANGE_END], strict=True)
+    return not any(
+        kind == KIND_RADAR and range_m is not None and end_m is not None and not range_m <= end_m
+        for kind, range_m, end_m in rows
     )
 
 
@@ -204,21 +240,29 @@ _GATES = (
         "sensor_id",
         "a sensor in the sensors file",
         pl.col(_SENSOR).is_null(),
+        clear=lambda columns: None not in columns[_SENSOR],
     ),
-    Gate(RejectCode.SENSOR_DISABLED, "sensor_id", "a sensor that is enabled", pl.col(_DISABLED)),
+    Gate(
+        RejectCode.SENSOR_DISABLED,
+        "sensor_id",
+        "a sensor that is enabled",
+        pl.col(_DISABLED),
+        clear=lambda columns: True not in columns[_DISABLED],
+    ),
     Gate(
         RejectCode.UNKNOWN_KIND,
         "kind",
         "a kind that the sensor measures",
-        # A radar without range, for example under jamming, still measures bearings.
         (pl.col(_KIND) != pl.col(_SENSOR_KIND))
         & ~((pl.col(_KIND) == KIND_BEARING) & (pl.col(_SENSOR_KIND) == KIND_RADAR)),
+        clear=lambda columns: all(map(_fitting, columns[_KIND], columns[_SENSOR_KIND])),
     ),
     Gate(
         RejectCode.OUT_OF_RANGE,
         "range_m",
         INSTRUMENTED_RANGE,
         (pl.col(_KIND) == KIND_RADAR) & (pl.col("range_m") > pl.col(_RANGE_END)),
+        clear=_within_range,
     ),
 )
 
@@ -233,48 +277,64 @@ def _accuracy(frame: pl.DataFrame) -> NDArray[np.float64] | None:
     """Return the accuracy of reported positions, NaN for other kinds."""
     if not has_column(frame, POSITION_SIGMA):
         return None
-    column = pl.when(pl.col(_KIND) == KIND_POSITION).then(POSITION_SIGMA).fill_null(np.nan)
-    values = frame.select(column).to_series().to_numpy(writable=True)
+    position = frame[_KIND].to_numpy() == KIND_POSITION
+    values = np.where(position, frame[POSITION_SIGMA].to_numpy(), np.nan)
     return values if not np.isnan(values).all() else None
 
 
 def _detections(frame: pl.DataFrame) -> NDArray[np.int8] | None:
     if not has_column(frame, DETECTION):
         return None
-    numbers = pl.Series(range(len(DETECTIONS)), dtype=pl.Int8)
-    column = frame[DETECTION].replace_strict(
-        pl.Series(DETECTIONS), numbers, default=None, return_dtype=pl.Int8
-    )
+    column = _numbers(frame[DETECTION], _DETECTION_NUMBERS, pl.Int8())
     return column.fill_null(MISSING).to_numpy(writable=True)
 
 
 _DIRECTED_GATES = (*_GATES, *sensor_gates())
 
 
+def _floats(
+    frame: pl.DataFrame, name: str, used: NDArray[np.bool_] | None = None
+) -> NDArray[np.float64]:
+    """Return numbers, NaN where there are none or they are not used."""
+    values = frame[name].to_numpy()
+    # Normalise -0.0 to 0.0: rows are compared by content.
+    found: NDArray[np.float64] = (values if used is None else np.where(used, values, np.nan)) + 0.0
+    return found
+
+
+def _digits(texts: pl.Series, base: int, kind: type[np.signedinteger[Any]]) -> NDArray[Any]:
+    """Return texts of digits as integers, `MISSING` where there are none."""
+    if texts.null_count() == len(texts):
+        return np.full(len(texts), MISSING, kind)
+    if len(texts) <= LISTED_ROWS_MAX:
+        return np.array([MISSING if one is None else int(one, base) for one in texts], kind)
+    return _filled(texts.str.to_integer(base=base, dtype=pl.Int64)).astype(kind, copy=False)
+
+
+def _filled(numbers: pl.Series) -> NDArray[np.int64]:
+    """Return integers, `MISSING` where there are none."""
+    if numbers.null_count() == len(numbers):
+        return np.full(len(numbers), MISSING, np.int64)
+    return numbers.fill_null(MISSING).to_numpy(writable=True)
+
+
 def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
-    radar = pl.col(_KIND) == KIND_RADAR
-    position = pl.col(_KIND) == KIND_POSITION
-    columns = frame.select(
-        "time_s",
-        pl.col(_SENSOR).alias("sensor"),
-        pl.col(_KIND).alias("kind"),
-        pl.when(radar).then("range_m").fill_null(np.nan).alias("range_m"),
-        pl.when(~position).then("azimuth_deg").fill_null(np.nan).alias("azimuth_deg"),
-        pl.when(position).then("latitude_deg").fill_null(np.nan).alias("latitude_deg"),
-        pl.when(position).then("longitude_deg").fill_null(np.nan).alias("longitude_deg"),
-        pl.col("height_m").fill_null(np.nan),
-        pl.col("mode_3a").str.to_integer(base=8, dtype=pl.Int32).fill_null(MISSING),
-        pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING),
-        pl.col("track_number").fill_null(MISSING),
-    )
     # Writable copies, so that kernels are compiled for one type of array.
-    arrays = {column.name: column.to_numpy(writable=True) for column in columns}
-    for array in arrays.values():
-        if array.dtype.kind == "f":
-            array += 0.0  # Normalise -0.0 to 0.0: rows are compared by content.
-    arrays["azimuth_rad"] = np.radians(arrays.pop("azimuth_deg"))
-    arrays["latitude_rad"] = np.radians(arrays.pop("latitude_deg"))
-    arrays["longitude_rad"] = np.radians(arrays.pop("longitude_deg"))
+    kind = frame[_KIND].to_numpy(writable=True)
+    position = kind == KIND_POSITION
+    arrays: dict[str, NDArray[Any]] = {
+        "time_s": _floats(frame, "time_s"),
+        "sensor": frame[_SENSOR].to_numpy(writable=True),
+        "kind": kind,
+        "range_m": _floats(frame, "range_m", kind == KIND_RADAR),
+        "azimuth_rad": np.radians(_floats(frame, "azimuth_deg", ~position)),
+        "latitude_rad": np.radians(_floats(frame, "latitude_deg", position)),
+        "longitude_rad": np.radians(_floats(frame, "longitude_deg", position)),
+        "height_m": _floats(frame, "height_m"),
+        "mode_3a": _digits(frame["mode_3a"], 8, np.int32),
+        "mode_s_address": _digits(frame["mode_s_address"], 16, np.int64),
+        "track_number": _filled(frame["track_number"]),
+    }
     if table.known_bias.any():
         measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
         arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()

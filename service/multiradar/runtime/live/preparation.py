@@ -238,7 +238,8 @@ def _translate_together(
     if not frames:
         return
     try:
-        batch, rejected = wire.measurement_batch(pl.concat(frames), table)
+        whole = frames[0] if len(frames) == 1 else pl.concat(frames)
+        batch, rejected = wire.measurement_batch(whole, table)
     except Exception as error:
         # One of them cannot be processed: translate each separately.
         if len(frames) == 1:

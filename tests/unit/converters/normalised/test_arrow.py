@@ -131,6 +131,13 @@ def test_an_integer_too_large_for_its_column_is_rejected_not_dropped() -> None:
     assert str(2**64 - 1) in parsed.rejected[0].raw
 
 
+def test_a_message_of_such_integers_alone_is_rejected() -> None:
+    found = pa.array([2**64 - 1, 2**63], pa.uint64())
+    parsed = parse_arrow(pyarrow_stream(FRAME.to_arrow().set_column(10, "track_number", found)))
+    assert [reject.code for reject in parsed.rejected] == [RejectCode.OUT_OF_RANGE] * 2
+    assert not len(parsed.frame)
+
+
 @pytest.mark.parametrize(
     ("body", "code", "named"),
     [
