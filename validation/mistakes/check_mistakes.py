@@ -31,9 +31,17 @@ from validation.mistakes.dump_mistakes import DUMP_MISTAKES
 from validation.mistakes.file_mistakes import FILE_MISTAKES
 from validation.mistakes.mistake import SENSORS, Mistake, Sample
 from validation.mistakes.mistakes_catalogue import CATALOGUE
+from validation.mistakes.recording_mistakes import RECORDING_MISTAKES
 from validation.mistakes.usage_mistakes import USAGE_MISTAKES
 
-ALL = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES, *USAGE_MISTAKES)
+ALL = (
+    *CATALOGUE,
+    *COLUMN_MISTAKES,
+    *RECORDING_MISTAKES,
+    *DUMP_MISTAKES,
+    *FILE_MISTAKES,
+    *USAGE_MISTAKES,
+)
 ROOT = Path(__file__).parents[2]
 DUMP = ROOT / "examples" / "vid-sample"
 SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"

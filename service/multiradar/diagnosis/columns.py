@@ -8,9 +8,10 @@ import polars as pl
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.cross_sensor.plausibility import PERIOD_WITHIN, gaps_s, measured_period
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.losses import LOST_MAX, two_digits
+from multiradar.diagnosis.losses import LOST_MAX
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted, listed
+from multiradar.diagnosis.noise import two_digits
 from multiradar.diagnosis.plots import CONSPICUITY, Floats, Plots
 from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar_schemas.documents.names import PER_SECOND

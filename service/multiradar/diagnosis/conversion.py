@@ -41,13 +41,13 @@ from multiradar.diagnosis.dumps.tables import check_tables
 from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.motion.reported_motion import COLUMNS as MOTION_COLUMNS
+from multiradar.diagnosis.motion.reported_motion import check_reported_motion
+from multiradar.diagnosis.motion.reports import check_reports
+from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
-from multiradar.diagnosis.reported_motion import COLUMNS as MOTION_COLUMNS
-from multiradar.diagnosis.reported_motion import check_reported_motion
-from multiradar.diagnosis.reports import check_reports
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
-from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.reject import RejectCode
 

@@ -9,14 +9,11 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
+from multiradar.diagnosis import noise
+from multiradar.diagnosis.alone import check_alone
 from multiradar.diagnosis.columns import (
     check_codes,
-    check_constant,
-    check_rounded,
-    check_signed,
     check_time_rate,
-    check_time_resolution,
-    check_time_unit,
 )
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.clocks import check_clock, check_late_positions
@@ -26,11 +23,20 @@ from multiradar.diagnosis.cross_sensor.comparison import (
     Comparison,
     configured_bias,
 )
-from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
-from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
+from multiradar.diagnosis.cross_sensor.explanations import (
+    anticlockwise,
+    common_mistake,
+    explain,
+)
+from multiradar.diagnosis.cross_sensor.heights import (
+    HEIGHT_CODE,
+    check_height_offset,
+    check_heights,
+    of_heights,
+)
+from multiradar.diagnosis.cross_sensor.hypotheses import MIRRORED
 from multiradar.diagnosis.cross_sensor.identities import (
-    check_identities,
-    check_jumps,
+    check_one_code,
     check_other_rows,
     check_paths,
     check_split_radars,
@@ -38,37 +44,36 @@ from multiradar.diagnosis.cross_sensor.identities import (
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
+    check_azimuth_jumps,
     check_common_azimuth,
     check_large_offsets,
     check_offsets,
 )
 from multiradar.diagnosis.cross_sensor.plausibility import (
+    SPARSE_CODE,
+    SPEED_MAX_MPS,
+    SPEED_MIN_MPS,
     aircraft_of,
-    check_azimuth_unit,
-    check_exchanged_columns,
-    check_height_unit,
     check_nearer_than_height,
     check_range_unit,
     check_scan_period,
-    check_two_radars,
+    check_sparse,
+    median_speed,
 )
 from multiradar.diagnosis.cross_sensor.radar_groups import grouped
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
-from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
+from multiradar.diagnosis.cross_sensor.registration import check_registration
 from multiradar.diagnosis.cross_sensor.site_errors import (
     JointFit,
     check_clock_errors,
     check_site_errors,
 )
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
-from multiradar.diagnosis.plots import Plots, Site
 from multiradar.diagnosis.sites import check_displaced
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
-from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
-from multiradar_schemas.measurements.units import FOOT_M
 
 #: Fraction that agrees of a radar with a small error of site or range: less is another cause.
 SOME_AGREE_MIN = 0.1
@@ -102,13 +107,18 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
     for name in known:
         if name not in named:
-            found += _check_alone(evidence, comparison, name)
+            found += check_alone(evidence, comparison, name)
+    found = _with_origin(comparison, found, evidence.sensors.ids)
     named = {one.sensor_id for one in found}
     # Wrong identities would be compared with those of other sensors.
     if numbers := check_track_numbers(comparison, evidence.sensors.ids, named):
         return [*found, *numbers]
     found += [one for one in check_codes(evidence) if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
+    compared = [one for one in comparison.numbers if evidence.sensors.ids[one] not in named]
+    jumps = check_azimuth_jumps(comparison, compared, evidence.sensors.ids)
+    found += _merge_contradiction(jumps, len(compared))
+    named |= {one.sensor_id for one in jumps}
     found += _check_against_others(evidence, comparison, named)
     named = {one.sensor_id for one in found}
     found += check_paths(comparison, evidence.sensors.ids, named)
@@ -119,7 +129,8 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         if name not in named:
             found += _check_losses(evidence, comparison, name, causes=causes)
     found = found or check_large_offsets(evidence)
-    found += check_split_radars(comparison, evidence.sensors.ids)
+    found = _with_split(found, check_split_radars(comparison, evidence.sensors.ids))
+    found += _placeholders(evidence, comparison, {one.sensor_id for one in found})
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
     return [*found, *check_ends(evidence.sources)] if not _have_other_times(found) else found
@@ -130,50 +141,33 @@ def _have_other_times(found: Sequence[Diagnosis]) -> bool:
     return any(one.code in ("times_apart", "times_jump", "time_unit") for one in found)
 
 
-# Checks that need no other sensor.
-def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
-    number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
-    kind = loss_checks.check_kind(evidence, name, losses)
-    if kind is not None:
-        return [kind]
-    if number not in comparison.numbers:
-        return []
-    plots = comparison.plots(number)
-    if not comparison.is_radar(number):
-        sigma_m = float(evidence.sensors.position_sigma_m[number])
-        return _first(
-            check_identities(name, plots, None),
-            check_rounded(name, plots, {"latitude_deg": sigma_m}),
-            _of_rates(name, plots, None),
-        )
-    sigmas = loss_checks.sigmas(evidence, name)
-    period_s = float(evidence.sensors.rotation_period_s[number])
-    return _first(
-        check_constant(name, plots),
-        # Speeds and times between plots of an aircraft rely on its identity.
-        check_identities(name, plots, comparison.site(number)),
-        check_time_unit(name, plots, period_s),
-        check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
-        check_two_radars(name, plots),
-        check_signed(name, plots),
-        check_time_resolution(name, plots, period_s),
-        check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
-        check_height_unit(name, plots, comparison.site(number))
-        or _of_rates(name, plots, comparison.site(number)),
-    )
+# A radar that alternates between two identifiers lacks the plots of the other one.
+def _with_split(found: Sequence[Diagnosis], split: Sequence[Diagnosis]) -> list[Diagnosis]:
+    names = {word for one in split for word in one.sentence.split()}
+    return [one for one in found if one.code != SPARSE_CODE or one.sensor_id not in names] + [
+        *split
+    ]
 
 
-# Heights by time, which rely on identities that are not those of other plots.
-def _of_rates(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
-    if check_jumps(name, plots, site) is not None:
-        return None
-    return check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))
+# Codes that disturb no other check.
+def _placeholders(
+    evidence: Evidence, comparison: Comparison, named: Collection[str]
+) -> list[Diagnosis]:
+    asked = [one for one in comparison.numbers if evidence.sensors.ids[one] not in named]
+    by_name = {evidence.sensors.ids[one]: comparison.site_of_radar(one) for one in asked}
+    found = [
+        check_one_code(name, evidence.sources[name].plots(), site) for name, site in by_name.items()
+    ]
+    return [one for one in found if one is not None]
 
 
-# The first error, else the first warning.
-def _first(*found: Diagnosis | None) -> list[Diagnosis]:
-    known = [one for one in found if one is not None]
-    return sorted(known, key=lambda one: one.severity != "error")[:1]
+# The rotation shows that azimuths are anticlockwise, and other sensors show from where.
+def _with_origin(
+    comparison: Comparison, found: Sequence[Diagnosis], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    alike = [names.index(one.sensor_id) for one in found if one.code == MIRRORED.code]
+    of = {names[one]: anticlockwise(comparison, one, names, alike) for one in alike}
+    return [of.get(one.sensor_id) or one for one in found]
 
 
 # Each sensor against those that agree with each other.
@@ -246,7 +240,7 @@ def _check_against_others(
             # Positions in a dump may have been computed from the same plots.
             others = comparison.agreement(number, pairs.select(pairs.source != RECORDING))
             if others.share >= AGREES_MIN:
-                found += _first(loss_checks.check_spread(evidence, names[number], others.spread))
+                found += first_of(noise.check_spread(evidence, names[number], others.spread))
         found += wrong
     # An error of one sensor may appear as an offset, or another site height, of a second one.
     found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
@@ -310,6 +304,7 @@ _MAY_BE_EITHER = (
     "site",
     "clock",
     "azimuth_offset",
+    "azimuth_jump",
     "site_height",
     "ground_ranges",
     "height_offset",
@@ -336,28 +331,27 @@ def _check_agreeing(
 ) -> list[Diagnosis]:
     name = sensors.ids[number]
     agreement = comparison.agreement(number, pairs)
-    found = _first(check_heights(comparison, number, name, agreement, pairs))
+    found = first_of(check_heights(comparison, number, name, agreement, pairs))
     if not comparison.is_radar(number):
-        return found or _first(
+        return found or first_of(
             check_late_positions(comparison, number, name, pairs),
-            loss_checks.check_position_spread(sensors, number, agreement.spread),
+            noise.check_position_spread(sensors, number, agreement.spread),
         )
     radars = [int(one) for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(one)]
-    found = found or _first(check_height_offset(comparison, name, number, pairs, radars))
+    found = found or first_of(check_height_offset(comparison, name, number, pairs, radars))
     if found:
         return found
     wrong = check_registration(comparison, number, agreement, pairs)
     others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
     configured_s, _ = configured_bias(sensors, number, PARAMETER_TIME_OFFSET)
     return (
-        _of_heights(name, comparison.site(number)[2], wrong)
+        of_heights(name, comparison.site(number)[2], wrong)
         or check_clock(name, wrong, configured_s, comparison.plots(number))
-        or _first(check_offsets(sensors, number, wrong, others))
+        or first_of(check_offsets(sensors, number, wrong, others))
     )
 
 
-_HEIGHT_CODE = "site_height_off"
-_MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
+_MAY_BE_OF_OTHERS = (OFFSET_CODE, HEIGHT_CODE)
 
 
 # Errors that depend on the height of the aircraft resemble a range gain.
@@ -367,46 +361,7 @@ def _instead_of_gain(
     if found.code != "range_gain":
         return [found]
     wrong = check_registration(comparison, number, comparison.agreement(number, pairs), pairs)
-    return _of_heights(found.sensor_id, comparison.site(number)[2], wrong) or [found]
-
-
-def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
-    residual = (
-        f"the median distance of its plots from the positions measured by other sensors is "
-        f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as recorded)"
-    )
-    if wrong.ground_ranges:
-        return [
-            Diagnosis(
-                name,
-                "ground_ranges",
-                f"{name}: its ranges are probably ground ranges, not slant ranges: with this "
-                f"error corrected, {residual}; write the slant ranges as measured",
-            )
-        ]
-    if wrong.height_in_feet:
-        return [
-            Diagnosis(
-                name,
-                "site_height",
-                f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
-                f"sensors file, but with {height_m * FOOT_M:.0f} m {residual}; convert it to "
-                "metres",
-            )
-        ]
-    if np.isfinite(wrong.height_m):
-        in_kilometres = 0.75 <= 1e3 * height_m / wrong.height_m <= 1.25
-        why = "in kilometres" if in_kilometres else "wrong"
-        return [
-            Diagnosis(
-                name,
-                _HEIGHT_CODE,
-                f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
-                f"sensors file, but with about {wrong.height_m:.0f} m {residual}; correct it in "
-                "the sensors file",
-            )
-        ]
-    return []
+    return of_heights(found.sensor_id, comparison.site(number)[2], wrong) or [found]
 
 
 # Settings contradicted by the run itself, and losses.
@@ -416,25 +371,23 @@ def _check_losses(
     losses = loss_checks.losses_of(evidence, name)
     number = evidence.number(name)
     radar = number in comparison.numbers and comparison.is_radar(number)
-    found = _first(
-        loss_checks.check_range_max(evidence, name, losses),
+    found = first_of(
+        loss_checks.check_range_max(
+            evidence, name, losses, in_metres=radar and _are_in_metres(comparison, number)
+        ),
         _range_unit(evidence, comparison, name) if radar else None,
         check_nearer_than_height(name, comparison.plots(number), comparison.site(number))
         if radar and not causes
         else None,
         loss_checks.check_repeated(evidence, name),
         None if causes else check_displaced(evidence, name),
-        loss_checks.check_noise(evidence, name, causes=causes),
-        loss_checks.check_scatter(
+        noise.check_noise(evidence, name, causes=causes),
+        noise.check_scatter(
             evidence, name, comparison.plots(number), aircraft_of(comparison.plots(number))
         )
         if radar and not causes
         else None,
-        check_scan_period(
-            name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
-        )
-        if radar
-        else None,
+        _scans(comparison, name, number) if radar else None,
     )
     values = loss_checks.check_values(evidence, name, losses)
     if values is not None and not found:
@@ -442,7 +395,24 @@ def _check_losses(
     # Tracks biased by a wrong sensor lose plots of the right ones, too.
     if causes or any(one.severity == "error" for one in found):
         return found
-    return _first(loss_checks.check_unexplained_losses(evidence, name, losses), *found)
+    return first_of(loss_checks.check_unexplained_losses(evidence, name, losses), *found)
+
+
+def _scans(comparison: Comparison, name: str, number: int) -> Diagnosis | None:
+    plots, period_s = comparison.plots(number), comparison.period_s(number)
+    return check_scan_period(name, plots, period_s) or check_sparse(
+        name, plots, comparison.site(number), period_s
+    )
+
+
+# Whether ranges are in metres: other sensors agree, or aircraft are as fast as aircraft.
+def _are_in_metres(comparison: Comparison, number: int) -> bool:
+    pairs = comparison.pairs(number, comparison.numbers)
+    if comparison.agreement(number, pairs).share >= AGREES_MIN:
+        return True
+    plots = comparison.plots(number)
+    speed = median_speed(plots, plots.range_m, comparison.site(number), aircraft_of(plots))
+    return SPEED_MIN_MPS <= speed <= SPEED_MAX_MPS
 
 
 def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:

@@ -8,13 +8,11 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
-from multiradar.diagnosis.model import Diagnosis, Severity
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
-from multiradar.diagnosis.plots import NORMAL_SPREAD, Integers, Plots
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
-from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 from multiradar_schemas.sensors.sensor import SensorKind
@@ -36,23 +34,6 @@ _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
 _RANGE_MAX_UNITS = {"kilometres": 1000.0, "nautical miles": NAUTICAL_MILE_M}
 _RANGE_MAX_FACTOR = 1.05
-#: Ratio of measured to configured noise above which a sigma is too small, and its inverse below
-#: which it is too large: the estimate adapts slowly downwards, and 1/100 reads as 1/10 at first.
-NOISE_FACTOR, NOISE_LOW_FACTOR = 5.0, 4.0
-#: ... and from which on a warning suffices. In 33 simulated scenarios with the right sigmas the
-#: ratios were 0.69 to 1.4; a sigma three times too small or too large gave 1.8 to 3.4 or 0.33 to
-#: 0.53.
-NOISE_WARNING = 1.75
-#: A sigma that is too small raises the measured noise of the other sensors: smaller ratios than
-#: this fraction of the largest are its effect.
-_NOISE_OF_OTHERS = 0.5
-#: A sigma is too small from this ratio of the scatter of plots about the path of their aircraft to
-#: it on: then the motion of the tracks explains all of the noise, which cannot be measured. The
-#: scatter is that of plots between two others: largest ratio of the two times, longest, s, and
-#: least number.
-SCATTER_FACTOR, _APART_FACTOR, _APART_MAX_S, _SCATTER_MIN = 8.0, 1.5, 15.0, 200
-#: The settings of noise.
-SIGMAS, _UNITS = ("range_sigma_m", "azimuth_sigma_deg"), (" m", "°")
 #: What to check for an unexplained loss, by reject code or outcome.
 _SETTINGS = {
     "TIME_LATE": "its clock, and reorder_horizon_s in the settings",
@@ -143,8 +124,22 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
     )
 
 
-def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
-    """Diagnose a range_max_m given in a larger unit than metres."""
+def check_range_max(
+    evidence: Evidence, name: str, losses: Losses, *, in_metres: bool = False
+) -> Diagnosis | None:
+    """Diagnose a range_max_m that is too small, or given in a larger unit than metres.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The sensor.
+    losses : Losses
+        Its losses.
+    in_metres : bool
+        Whether the ranges are known to be in metres.
+    """
     if losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known:
         return None
     end_m = float(evidence.sensors.range_max_m[evidence.number(name)])
@@ -159,7 +154,7 @@ def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis 
         if end_m < 1000.0 and far <= _RANGE_MAX_FACTOR * end_m * metres
     ]
     guess = f" (in {units[0]}?)" if units else ""
-    if not units and far * FOOT_M <= _RANGE_MAX_FACTOR * end_m:
+    if not units and not in_metres and far * FOOT_M <= _RANGE_MAX_FACTOR * end_m:
         return Diagnosis(
             name,
             "range_unit",
@@ -168,184 +163,15 @@ def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis 
             f"{far:.0f} m ({far * FOOT_M:.0f} m if the ranges are in feet); convert the ranges to "
             "metres, or correct range_max_m",
         )
+    small, remedy = ("too small", "increase it to the instrumented range of the radar")
+    if end_m < 1000.0:
+        small, remedy = (f"wrong{guess}", "convert it to metres")
     return Diagnosis(
         name,
         "range_max",
-        f"{name}: range_max_m is probably wrong{guess}: it is {end_m:g} in the sensors file, but "
-        f"{np.mean(beyond):.0%} of the plots are farther away, up to {far:.0f} m; convert it to "
-        "metres",
+        f"{name}: range_max_m is probably {small}: it is {end_m:g} in the sensors file, but "
+        f"{np.mean(ranges > end_m):.0%} of the plots are farther away, up to {far:.0f} m; {remedy}",
     )
-
-
-def check_noise(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | None:
-    """Diagnose configured sigmas that are far from the measured noise.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        What is retained of the run.
-    name : str
-        The sensor.
-    causes : bool
-        Whether another error was found: it may explain noise above its sigma.
-    """
-    return _of_sigmas(name, [one for one in _by_noise(evidence, name, causes=causes) if one])
-
-
-def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
-    """Diagnose a sigma much larger than the scatter about the positions measured by other sensors.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        What is retained of the run.
-    name : str
-        The radar.
-    spread : (float, float)
-        Standard deviation of the difference in range, m, and azimuth, rad; not less than the noise.
-    """
-    scatters = spread[0], float(np.degrees(spread[1]))
-    found: list[_WrongSigma | None] = []
-    for setting, sigma, scatter, unit in zip(
-        SIGMAS, sigmas(evidence, name), scatters, _UNITS, strict=True
-    ):
-        amount = f"{two_digits(scatter)}{unit}"
-        words = f"its plots scatter by {amount} about the positions measured by other sensors"
-        low = scatter < sigma / NOISE_FACTOR
-        found.append(_WrongSigma(setting, "large", sigma, words, "error") if low else None)
-    if found == [None, None]:
-        return None
-    # The scatter includes the noise of the others; the measured noise may show the other sigma.
-    by_noise = _by_noise(evidence, name, causes=True)
-    return _of_sigmas(name, [one for one in map(_either, found, by_noise) if one])
-
-
-def check_scatter(
-    evidence: Evidence, name: str, plots: Plots, aircraft: Integers
-) -> Diagnosis | None:
-    """Diagnose sigmas far below the scatter of plots about the path of their aircraft.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        What is retained of the run.
-    name : str
-        The radar.
-    plots : Plots
-        Its plots.
-    aircraft : (n,) int64
-        Aircraft of each; −1 where unknown.
-    """
-    order = np.lexsort((plots.time_s, aircraft))
-    order = order[aircraft[order] >= 0]
-    time_s, of = plots.time_s[order], aircraft[order]
-    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
-    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
-    chosen = (of[2:] == of[:-2]) & (longer <= _APART_FACTOR * shorter) & (longer <= _APART_MAX_S)
-    if np.count_nonzero(chosen & (shorter > 0.0)) < _SCATTER_MIN:
-        return None
-    middle = np.flatnonzero(chosen & (shorter > 0.0)) + 1
-    azimuth = np.radians(plots.azimuth_deg[order])
-    range_m = plots.range_m[order]
-    place = np.column_stack([range_m * np.sin(azimuth), range_m * np.cos(azimuth)])
-    weight = (before_s / (before_s + after_s))[middle - 1, None]
-    apart = place[middle] - (1.0 - weight) * place[middle - 1] - weight * place[middle + 1]
-    outward = place[middle] / np.linalg.norm(place[middle], axis=1)[:, None]
-    along = np.sum(apart * outward, axis=1)
-    across = apart[:, 0] * outward[:, 1] - apart[:, 1] * outward[:, 0]
-    of_three = np.sqrt(1.0 + weight[:, 0] ** 2 + (1.0 - weight[:, 0]) ** 2)
-    scatters = (
-        NORMAL_SPREAD * float(np.median(np.abs(along) / of_three)),
-        float(np.degrees(NORMAL_SPREAD * np.median(np.abs(across) / of_three / range_m[middle]))),
-    )
-    found = [
-        _WrongSigma(
-            setting, "small", sigma,
-            f"its plots scatter by {two_digits(scatter)}{unit} about the path of their aircraft",
-            "error",
-        )
-        for setting, sigma, scatter, unit in zip(
-            SIGMAS, sigmas(evidence, name), scatters, _UNITS, strict=True
-        )
-        if scatter >= SCATTER_FACTOR * sigma
-    ]  # fmt: skip
-    return _of_sigmas(name, found)
-
-
-def check_position_spread(
-    sensors: SensorTable, number: int, spread: tuple[float, float]
-) -> Diagnosis | None:
-    """As `check_spread`, of a sensor that reports positions: spread east and north, m."""
-    name, sigma, scatter = sensors.ids[number], float(sensors.position_sigma_m[number]), max(spread)
-    if not scatter < sigma / NOISE_FACTOR:
-        return None
-    words = f"its positions scatter by {two_digits(scatter)} m about those of other sensors"
-    return _of_sigmas(name, [_WrongSigma("position_sigma_m", "large", sigma, words, "error")])
-
-
-class _WrongSigma(NamedTuple):
-    setting: str
-    sense: str
-    sigma: float
-    found: str
-    severity: Severity
-
-
-def _either(first: _WrongSigma | None, second: _WrongSigma | None) -> _WrongSigma | None:
-    return first or second
-
-
-# Sigmas that differ from the measured noise.
-def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigma | None]:
-    ratios = evidence.noise.get(name, (np.nan, np.nan))
-    largest = np.nanmax([1.0, *(ratio for both in evidence.noise.values() for ratio in both)])
-    high = max(NOISE_WARNING, _NOISE_OF_OTHERS * largest)
-    found: list[_WrongSigma | None] = []
-    for setting, sigma, ratio in zip(SIGMAS, sigmas(evidence, name), ratios, strict=True):
-        wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
-        sense = "large" if ratio < 1.0 else "small"
-        far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR
-        words = f"the measured noise is {two_digits(ratio)} times as large"
-        severity: Severity = "error" if far else "warning"
-        found.append(_WrongSigma(setting, sense, sigma, words, severity) if wrong else None)
-    return found
-
-
-def sigmas(evidence: Evidence, name: str) -> tuple[float, float]:
-    """Return the sigmas of range, m, and azimuth, degrees, that are configured."""
-    number, sensors = evidence.number(name), evidence.sensors
-    return float(sensors.range_sigma_m[number]), float(
-        np.degrees(sensors.azimuth_sigma_rad[number])
-    )
-
-
-def _of_sigmas(name: str, wrong: list[_WrongSigma]) -> Diagnosis | None:
-    if not wrong:
-        return None
-    first, last = wrong[0], wrong[-1]
-    if first is last:
-        head, them = f"{first.setting} is probably too {first.sense}", "it"
-    elif first.sense == last.sense:
-        head = f"{first.setting} and {last.setting} are probably too {first.sense}"
-        them = "them"
-    else:
-        head = f"{first.setting} is probably too {first.sense} and {last.setting} too {last.sense}"
-        them = "them"
-    text = f"it is {first.sigma:g} in the sensors file, but {first.found}"
-    if first is not last:
-        text = (
-            f"{first.setting} is {first.sigma:g} in the sensors file, but {first.found}; "
-            f"{last.setting} is {last.sigma:g}, but {last.found}"
-        )
-    severity: Severity = "error" if any(one.severity == "error" for one in wrong) else "warning"
-    return Diagnosis(
-        name, "noise", f"{name}: {head}: {text}; correct {them} in the sensors file", severity
-    )
-
-
-def two_digits(ratio: float) -> str:
-    """Return a positive number with two digits, whole numbers with all."""
-    return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
 
 
 def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:

@@ -31,3 +31,9 @@ class Diagnosis:
     def document(self) -> dict[str, str]:
         """Return it as a JSON object."""
         return asdict(self)
+
+
+def first_of(*found: Diagnosis | None) -> list[Diagnosis]:
+    """Return the first error, else the first warning."""
+    known = [one for one in found if one is not None]
+    return sorted(known, key=lambda one: one.severity != "error")[:1]

@@ -14,9 +14,10 @@ from validation.mistakes.dump_mistakes import DUMP_MISTAKES
 from validation.mistakes.file_mistakes import FILE_MISTAKES
 from validation.mistakes.mistake import SENSORS, Mistake, Sample
 from validation.mistakes.mistakes_catalogue import CATALOGUE
+from validation.mistakes.recording_mistakes import RECORDING_MISTAKES
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
-ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
+ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *RECORDING_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
 #: Of the sample; check_mistakes.py uses all of it, 20 minutes.
 DURATION_S = 480.0
 #: Mistakes that only show in all of it.
@@ -47,6 +48,11 @@ CHOSEN = (
     "azimuths of one radar off by 2.5°, without ADS-B",
     "two feeds of a radar, 0.12 s apart",
     "serve: a converted recording as its state",
+    "one in ten rows of the recording",
+    "code 2000 in all plots",
+    "a range_max_m of 150 km for a radar of 300 km",
+    "azimuths that jump by 3°",
+    "azimuths of all radars anticlockwise from east",
 )
 
 

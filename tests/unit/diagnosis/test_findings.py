@@ -175,12 +175,6 @@ def test_a_wrong_radar_is_named_by_the_tracks_of_the_others(seed: int) -> None:
     ]
 
 
-# 7000 and 2000 are used by aircraft without an assigned code.
-@pytest.mark.parametrize("code", ["7000", "2000"])
-def test_a_code_of_conspicuity_is_no_mistake(code: str) -> None:
-    assert addressed(recording(), mode_3a=code).diagnosed() == []
-
-
 @pytest.mark.parametrize("aircraft", [1, 2])
 def test_one_identity_of_one_aircraft_or_two_is_no_mistake(aircraft: int) -> None:
     chosen = pl.col("number").cast(pl.Int64) < aircraft

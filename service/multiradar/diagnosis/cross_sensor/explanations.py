@@ -22,6 +22,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     Reading,
     as_given,
     other_sites,
+    reversed_from,
     turned,
 )
 from multiradar.diagnosis.cross_sensor.references import Pairs
@@ -129,7 +130,7 @@ def common_mistake(
     """
     radars = [one for one in suspects if comparison.is_radar(one)]
     units = [one for one in READINGS if not one.any_rotation]
-    for reading in (*units, *map(turned, _TURNS_DEG)):
+    for reading in (*units, reversed_from("north"), *map(turned, _TURNS_DEG)):
         shares = []
         for one in radars:
             shares.append(_common_share(comparison, one, suspects, reading))
@@ -146,6 +147,46 @@ def common_mistake(
                 for one, share in zip(radars, shares, strict=True)
             ]  # fmt: skip
     return []
+
+
+def anticlockwise(
+    comparison: Comparison, number: int, names: tuple[str, ...], alike: Collection[int]
+) -> Diagnosis | None:
+    """Return from where a radar measures its azimuths anticlockwise, None where no other shows it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    number : int
+        The radar.
+    names : tuple of str
+        Names of the sensors.
+    alike : collection of int
+        The radars whose azimuths decrease from plot to plot; others are right.
+    """
+    plots, right = comparison.tested(number), set(comparison.numbers) - set(alike)
+    found = []
+    for reading in map(reversed_from, ("east", "north", "west", "south")):
+        measured = reading.polar(plots.range_m, plots.azimuth_deg)
+        # The others that are wrong have the same error, if there is none that is right.
+        others, read = (right, as_given) if right else (set(alike), reading.polar)
+        pairs = comparison.pairs(number, others, reading=read)
+        compared = len(np.unique(pairs.plot))
+        agreement = polar_agreement(measured, comparison.site(number), pairs, compared=compared)
+        if compared >= TESTED_MIN and agreement.share >= AGREES_MIN:
+            found.append((reading, agreement.share))
+    if len(found) != 1:
+        # Radars at one site agree from every direction.
+        return None
+    (reading, share) = found[0]
+    return Diagnosis(
+        names[number],
+        reading.code,
+        f"{names[number]}: {reading.mistake}: they decrease from plot to plot, and with "
+        f"{reading.with_it}, {share:.0%} of its plots lie where other sensors detect "
+        f"aircraft; {reading.remedy}",
+    )
 
 
 def _common_share(

@@ -7,6 +7,7 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
+from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
@@ -21,6 +22,8 @@ _UNITS = {
     "metres converted once more as if they were feet": FOOT_M,
 }
 _WITHIN = 0.05
+#: Code of a wrong height of a site.
+HEIGHT_CODE = "site_height_off"
 #: Smallest difference of heights that is reported, m, and how far half of them are from it at
 #: most: Mode C has steps of 30 m, and an aircraft climbs 100 m between two plots.
 OFF_MIN_M, _SPREAD_MAX_M = 150.0, 100.0
@@ -131,3 +134,43 @@ def check_height_offset(
         f"heights that most other radars report for the same aircraft ({hint}); write the "
         "pressure altitudes (Mode C)",
     )
+
+
+def of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
+    """Return what depends on heights of the errors of a radar, with its configured height, m."""
+    residual = (
+        f"the median distance of its plots from the positions measured by other sensors is "
+        f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as recorded)"
+    )
+    if wrong.ground_ranges:
+        return [
+            Diagnosis(
+                name,
+                "ground_ranges",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: with this "
+                f"error corrected, {residual}; write the slant ranges as measured",
+            )
+        ]
+    if wrong.height_in_feet:
+        return [
+            Diagnosis(
+                name,
+                "site_height",
+                f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
+                f"sensors file, but with {height_m * FOOT_M:.0f} m {residual}; convert it to "
+                "metres",
+            )
+        ]
+    if np.isfinite(wrong.height_m):
+        in_kilometres = 0.75 <= 1e3 * height_m / wrong.height_m <= 1.25
+        why = "in kilometres" if in_kilometres else "wrong"
+        return [
+            Diagnosis(
+                name,
+                HEIGHT_CODE,
+                f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
+                f"sensors file, but with about {wrong.height_m:.0f} m {residual}; correct it in "
+                "the sensors file",
+            )
+        ]
+    return []

@@ -100,6 +100,28 @@ MIRRORED = Reading(
     "measure them clockwise from true north",
     any_rotation=True,
 )
+_REVERSED = {"north": 360.0, "east": 90.0, "south": 180.0, "west": 270.0}
+
+
+def reversed_from(origin: str) -> Reading:
+    """Return the interpretation of azimuths measured anticlockwise from north, east, south or west.
+
+    Those from east are the angles of mathematics: 90° − azimuth.
+    """
+    turn_deg = _REVERSED[origin]
+    convention = f" ({turn_deg:.0f}° minus the azimuth)"
+    if origin == "east":
+        convention = " (mathematical convention: 90° minus the azimuth)"
+    return Reading(
+        "azimuth_anticlockwise",
+        lambda ranges, azimuths: (ranges, np.radians(turn_deg - azimuths)),
+        f"its azimuths are probably measured anticlockwise from {origin}{convention}",
+        f"{turn_deg:.0f}° minus these values",
+        f"replace each value by {turn_deg:.0f}° minus it (plus 360° if that is negative)",
+    )
+
+
+MATHEMATICAL = reversed_from("east")
 ROTATED = Reading(
     "azimuth_offset",
     as_given,
@@ -133,7 +155,16 @@ def _range_factor(word: str, other: str, factor: float) -> Reading:
 
 #: The way to the target and back was taken as that to the target, or the other way round.
 HALVED, DOUBLED = _range_factor("half", "twice", 2.0), _range_factor("twice", "half", 0.5)
-READINGS = (*RANGE_UNITS, HALVED, DOUBLED, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, ROTATED)
+READINGS = (
+    *RANGE_UNITS,
+    HALVED,
+    DOUBLED,
+    *AZIMUTH_UNITS,
+    EXCHANGED,
+    MATHEMATICAL,
+    MIRRORED,
+    ROTATED,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ from multiradar.diagnosis.plots import (
     Plots,
     Site,
     located,
+    plots_of,
     positions,
     reported,
 )
@@ -62,6 +63,10 @@ _COLUMNS = {
     "azimuth_deg": "its azimuths (azimuth_deg)",
     _IDENTITIES: "the identities of its aircraft (track_number, mode_s_address, mode_3a)",
 }
+#: Codes that no radar measures of all aircraft (2000: without an assigned code, which only traffic
+#: from oceanic airspace has), and those of VFR flights, which are lower than this, m (FL195).
+_UNASSIGNED, _VFR = ("0000", "2000"), ("1200", "1400", "7000", "7001", "7010")
+_VFR_MAX_M = 5943.6
 _TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
 
 
@@ -97,6 +102,46 @@ def check_identities(name: str, plots: Plots, site: Site | None) -> Diagnosis | 
                 "aircraft is not identified",
             )
     return None
+
+
+def check_one_code(name: str, frame: pl.DataFrame, site: Site | None) -> Diagnosis | None:
+    """Diagnose one code of conspicuity (of `CONSPICUITY`) in the plots of all aircraft.
+
+    A warning where addresses identify the aircraft. 1000 may be the code of all aircraft with
+    Mode S, and codes of flights under visual flight rules may be those of all low traffic.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    frame : DataFrame
+        Its plots, of `Source.plots`.
+    site : Site, optional
+        Of a radar, rad and m; None for a sensor that reports positions.
+    """
+    coded = frame.drop_nulls("mode_3a")
+    if len(coded) < TESTED_MIN:
+        return None
+    code, count = coded["mode_3a"].value_counts(sort=True).row(0)
+    if count < SAME_MIN * len(coded) or code not in (*_UNASSIGNED, *_VFR):
+        return None
+    plots = plots_of(coded)
+    cells = _cells(plots, site)
+    heights = plots.height_m[np.isfinite(plots.height_m)]
+    low = bool(len(heights)) and float(np.median(heights)) <= _VFR_MAX_M
+    if cells < CELLS_MIN or (code in _VFR and low):
+        return None
+    why = ", most of them above FL195" if code in _VFR and len(heights) else ""
+    addressed = coded["mode_s_address"].count() > 0.5 * len(coded)
+    return Diagnosis(
+        name,
+        "identity",
+        f"{name}: mode_3a is probably a placeholder: the value is {code} in "
+        f"{count / len(coded):.0%} of the plots that have one, although aircraft are in "
+        f"{cells:.0f} cells of {CELL_M / 1e3:.0f} km at a time{why}; fill it with the measured "
+        "codes, or leave it empty",
+        "warning" if addressed or not (len(heights) or code in _UNASSIGNED) else "error",
+    )
 
 
 def check_paths(

@@ -1,14 +1,25 @@
 """Configured range and azimuth offsets, against those estimated by the run or from others."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from multiradar.diagnosis.cross_sensor.comparison import configured_bias
+from multiradar.diagnosis.cross_sensor.agreement import (
+    AZIMUTH_ALIKE_RAD,
+    RANGE_OFFSET_MAX_M,
+    polar_agreement,
+    seen_from,
+    wrapped,
+)
+from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, Comparison, configured_bias
+from multiradar.diagnosis.cross_sensor.hypotheses import as_given
+from multiradar.diagnosis.cross_sensor.references import Pairs
 from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
+from multiradar.diagnosis.plots import NORMAL_SPREAD, Floats, Integers, Site
+from multiradar.diagnosis.times import utc
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -33,6 +44,13 @@ OFFSET_CODE = "bias"
 COMMON_AZIMUTH = float(np.radians(1.0))
 #: An offset is unusual from this number of prior standard deviations on.
 LARGE_SIGMAS = 2.0
+#: Jumps of azimuth from this value on, rad, are reported: more than drifting offsets change. The
+#: first and the last part of the plots show the offsets, least number of plots of each, and largest
+#: scatter about them in proportion to the jump: a drift scatters more.
+JUMP_MIN, _JUMP_PART, _JUMP_PLOTS_MIN, _JUMP_SCATTER_MAX = float(np.radians(0.8)), 0.2, 20, 0.25
+#: The offsets within this time of the jump, s, of so many plots at least, are those of the whole
+#: parts within this fraction.
+_JUMP_NEAR_S, _JUMP_BESIDE_MIN, _JUMP_WITHIN = 120.0, 5, 0.3
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 #: ... and from these values on, m and rad.
 _FRAME = {PARAMETER_FRAME_EAST: "east", PARAMETER_FRAME_NORTH: "north"}
@@ -112,6 +130,108 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
         )
         for number, angle in sorted(off.items())
     ]
+
+
+def check_azimuth_jumps(
+    comparison: Comparison, numbers: Collection[int], names: Sequence[str]
+) -> list[Diagnosis]:
+    """Diagnose azimuths that are off by another angle from some time on.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    numbers : collection of int
+        The sensors to compare with each other.
+    names : sequence of str
+        Names of all sensors.
+    """
+    radars = [one for one in numbers if comparison.is_radar(one)]
+    jumps = {one: _azimuth_jump(comparison, one, numbers) for one in radars}
+    jumped = {one: jump for one, jump in jumps.items() if jump is not None}
+    sound = [one for one in numbers if one not in jumped]
+    if len(jumped) > 1 and sound:
+        # A radar beside one that jumped appears to jump in the opposite direction.
+        again = {one: _azimuth_jump(comparison, one, sound) for one in jumped}
+        jumped = {one: jump for one, jump in again.items() if jump is not None} or jumped
+    return [
+        Diagnosis(
+            names[one],
+            "azimuth_jump",
+            f"{names[one]}: its azimuths probably jumped by {np.degrees(after - before):+.1f}° at "
+            f"about {utc(at_s)} (antenna serviced or realigned?): against the positions measured "
+            f"by other sensors they are off by {np.degrees(before):+.1f}° before and "
+            f"{np.degrees(after):+.1f}° after; correct the azimuths on one side, or track each "
+            "part separately",
+        )
+        for one, (at_s, before, after) in jumped.items()
+    ]
+
+
+# The time of a jump, s, and the offsets before and after it, rad.
+def _azimuth_jump(
+    comparison: Comparison, number: int, others: Collection[int]
+) -> tuple[float, float, float] | None:
+    plots, pairs = comparison.tested(number), comparison.pairs(number, others)
+    measured, site = as_given(plots.range_m, plots.azimuth_deg), comparison.site(number)
+    first, last = _first_and_last_offset(measured, site, pairs)
+    jump = float(wrapped(np.array(last - first)))
+    if not abs(jump) >= JUMP_MIN:
+        return None
+    by_range, azimuth = seen_from(site, pairs.position_m)
+    near = np.abs(measured[0][pairs.plot] - by_range) <= RANGE_OFFSET_MAX_M
+    apart = wrapped(measured[1][pairs.plot] - azimuth - first)[near]
+    # Each plot may have several candidates.
+    time_s, apart = _best_of_plots(plots.time_s, pairs.plot[near], apart, jump)
+    if len(time_s) < AGREES_MIN * len(np.unique(pairs.plot)):
+        return None
+    row = _jump_row(apart, jump)
+    at_s = float(np.mean(time_s[row - 1 : row + 1]))
+    before, after = apart[:row], apart[row:]
+    offsets = float(np.median(before)), float(np.median(after))
+    scatter = np.concatenate([before - offsets[0], after - offsets[1]])
+    beside = before[time_s[:row] > at_s - _JUMP_NEAR_S], after[time_s[row:] < at_s + _JUMP_NEAR_S]
+    sharp = NORMAL_SPREAD * np.median(np.abs(scatter)) <= _JUMP_SCATTER_MAX * abs(jump)
+    if not sharp or min(map(len, beside)) < _JUMP_BESIDE_MIN:
+        return None
+    at_jump = float(np.median(beside[1]) - np.median(beside[0]))
+    if abs(at_jump - jump) > _JUMP_WITHIN * abs(jump):
+        return None
+    return at_s, first + offsets[0], first + offsets[1]
+
+
+# The offsets of azimuth in the first and in the last part of the plots, rad; NaN where unknown.
+def _first_and_last_offset(
+    measured: tuple[Floats, Floats], site: Site, pairs: Pairs
+) -> tuple[float, float]:
+    compared = np.unique(pairs.plot)
+    count = int(_JUMP_PART * len(compared))
+    offsets = []
+    for part in (compared[:count], compared[len(compared) - count :]):
+        own = pairs.select(np.isin(pairs.plot, part))
+        agreement = polar_agreement(measured, site, own, compared=count, any_rotation=True)
+        sure = count >= _JUMP_PLOTS_MIN and agreement.share >= AGREES_MIN
+        offsets.append(agreement.offset[1] if sure else np.nan)
+    return offsets[0], offsets[1]
+
+
+# Times and differences of the plots that are near 0 or near the jump, by time.
+def _best_of_plots(
+    time_s: Floats, plot: Integers, apart: Floats, jump: float
+) -> tuple[Floats, Floats]:
+    off = np.minimum(np.abs(apart), np.abs(apart - jump))
+    order = np.lexsort((off, plot))
+    order = order[off[order] <= max(AZIMUTH_ALIKE_RAD, 0.5 * abs(jump))]
+    _, first = np.unique(plot[order], return_index=True)
+    chosen = order[first]
+    return time_s[plot[chosen]], apart[chosen]
+
+
+# The first row after the jump: those before it are near 0, those after it near the jump.
+def _jump_row(apart: Floats, jump: float) -> int:
+    cost = np.abs(apart) - np.abs(apart - jump)
+    row = int(np.argmin(np.concatenate([[0.0], np.cumsum(cost)])))
+    return min(max(row, 1), len(apart) - 1)
 
 
 def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:

@@ -52,6 +52,13 @@ _SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 _BELOW_M = 300.0
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
+#: Rows are missing if half of the plots of an aircraft follow the previous one after so many scans
+#: or more: a probability of detection below 0.3. Shortest gap, in scans: a copy is no scan. Gaps in
+#: which an aircraft is followed, in scans, and largest speed between its plots, m/s.
+_SPARSE_SCANS_MIN, _COPY_SCANS, _FOLLOWED_SCANS, _SPARSE_SPEED_MPS = 2.5, 0.3, 60.0, 400.0
+SPARSE_CODE = "plots_missing"
+#: No antenna of a surveillance radar rotates more slowly, s.
+_SLOWEST_S = 20.0
 #: Pairs of columns that may be exchanged: the first ends at the first number, and the median of the
 #: second exceeds the second: no azimuth is above 360°, no height above 50 km even in feet.
 _EXCHANGED = (
@@ -103,7 +110,7 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
             "azimuth_anticlockwise",
             f"{name}: its azimuths are probably measured anticlockwise: they decrease from plot "
             f"to plot, by one revolution in {-given.period_s:.2f} s; measure them clockwise from "
-            "true north",
+            "true north (if they are angles from east, as in mathematics: 90° minus each value)",
         )
     return None
 
@@ -116,7 +123,7 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
     found = rotation(plots.time_s, azimuth)
     if not _rotates(found, plots.time_s):
         between_s = _between_plots(plots)
-        if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6:
+        if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6 or between_s > _SLOWEST_S:
             return None
         return _of_period(name, configured_s, between_s, "the plots of an aircraft repeat every")
     if found.period_s < 0.0:
@@ -128,6 +135,50 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
         return None
     return _of_period(
         name, configured_s, found.period_s, "the azimuths of the plots complete a revolution in"
+    )
+
+
+def check_sparse(name: str, plots: Plots, site: Site, configured_s: float) -> Diagnosis | None:
+    """Diagnose plots of which most are missing: aircraft are seen once in several scans.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    site : Site
+        Its site, rad and m.
+    configured_s : float
+        The configured scan period, s; NaN where unknown.
+    """
+    found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
+    measured = _rotates(found, plots.time_s)
+    period_s = abs(found.period_s) if measured else configured_s
+    aircraft = aircraft_of(plots)
+    order = np.lexsort((plots.time_s, aircraft))
+    order = order[aircraft[order] >= 0]
+    of = aircraft[order]
+    scans = np.diff(plots.time_s[order]) / period_s
+    seen = (of[1:] == of[:-1]) & (scans > _COPY_SCANS)
+    if np.count_nonzero(seen) < TESTED_MIN or not np.median(scans[seen]) >= _SPARSE_SCANS_MIN:
+        return None
+    # Numbers and codes of other aircraft would be far apart.
+    azimuth = np.radians(plots.azimuth_deg)
+    where = located(site, plots.range_m, azimuth, plots.heights())[order]
+    near = seen & (scans <= _FOLLOWED_SCANS)
+    speed = np.linalg.norm(np.diff(where, axis=0), axis=1)[near] / (scans[near] * period_s)
+    if len(speed) < TESTED_MIN or not np.median(speed) <= _SPARSE_SPEED_MPS:
+        return None
+    every = float(np.mean(scans[near]))
+    by = "the azimuths of its plots" if measured else "rotation_period_s in the sensors file"
+    perhaps = "" if measured else ", or rotation_period_s is wrong"
+    return Diagnosis(
+        name,
+        SPARSE_CODE,
+        f"{name}: its aircraft are detected only once in about {every:.0f} scans (of "
+        f"{period_s:.3g} s by {by}): rows are probably missing from the recording (thinned or "
+        f"filtered){perhaps}; record every plot",
     )
 
 

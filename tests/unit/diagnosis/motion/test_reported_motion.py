@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.reported_motion import check_reported_motion
+from multiradar.diagnosis.motion.reported_motion import check_reported_motion
 
 KNOT, FOOT_M = 1852.0 / 3600.0, 0.3048
 SPEED_MPS, RATE_MPS = 150.0, 8.0

@@ -14,8 +14,8 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.losses import LOST_MAX
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
-from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar_schemas.measurements.units import FOOT_M
 
 #: Time between two reports of an aircraft from which a speed is computed, s; times often have a

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.diagnosis.vertical_rates import are_stepped, check_vertical_rates, pairs_apart
+from multiradar.diagnosis.motion.vertical_rates import (
+    are_stepped,
+    check_vertical_rates,
+    pairs_apart,
+)
 
 FOOT_M = 0.3048
 AIRCRAFT = 6

@@ -5,8 +5,8 @@ import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.motion.vertical_rates import pairs_apart
 from multiradar.diagnosis.plots import Floats, plots_of, reported
-from multiradar.diagnosis.vertical_rates import pairs_apart
 from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 #: Time between the two reports that are compared, s, and change of height, m, and speeds, m/s, that

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multiradar.diagnosis.motion.reports import check_reports
 from multiradar.diagnosis.plots import Floats, Plots
-from multiradar.diagnosis.reports import check_reports
 
 AIRCRAFT, REPORTS, PERIOD_S = 5, 120, 10.0
 

@@ -1,0 +1,79 @@
+"""Checks of a sensor that need no other."""
+
+from multiradar.diagnosis import losses as loss_checks
+from multiradar.diagnosis import noise
+from multiradar.diagnosis.columns import (
+    check_constant,
+    check_rounded,
+    check_signed,
+    check_time_resolution,
+    check_time_unit,
+)
+from multiradar.diagnosis.cross_sensor.comparison import (
+    Comparison,
+)
+from multiradar.diagnosis.cross_sensor.identities import (
+    check_identities,
+    check_jumps,
+)
+from multiradar.diagnosis.cross_sensor.plausibility import (
+    aircraft_of,
+    check_azimuth_unit,
+    check_exchanged_columns,
+    check_height_unit,
+    check_two_radars,
+)
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.model import Diagnosis, first_of
+from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
+from multiradar.diagnosis.plots import Plots, Site
+
+
+def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
+    """Return the first error of a sensor that its own measurements show, else the first warning.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    comparison : Comparison
+        Its plots.
+    name : str
+        The sensor.
+    """
+    number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
+    kind = loss_checks.check_kind(evidence, name, losses)
+    if kind is not None:
+        return [kind]
+    if number not in comparison.numbers:
+        return []
+    plots = comparison.plots(number)
+    if not comparison.is_radar(number):
+        sigma_m = float(evidence.sensors.position_sigma_m[number])
+        return first_of(
+            check_identities(name, plots, None),
+            check_rounded(name, plots, {"latitude_deg": sigma_m}),
+            _of_rates(name, plots, None),
+        )
+    sigmas = noise.sigmas(evidence, name)
+    period_s = float(evidence.sensors.rotation_period_s[number])
+    return first_of(
+        check_constant(name, plots),
+        # Speeds and times between plots of an aircraft rely on its identity.
+        check_identities(name, plots, comparison.site(number)),
+        check_time_unit(name, plots, period_s),
+        check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_two_radars(name, plots),
+        check_signed(name, plots),
+        check_time_resolution(name, plots, period_s),
+        check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
+        check_height_unit(name, plots, comparison.site(number))
+        or _of_rates(name, plots, comparison.site(number)),
+    )
+
+
+# Heights by time, which rely on identities that are not those of other plots.
+def _of_rates(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
+    if check_jumps(name, plots, site) is not None:
+        return None
+    return check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))

@@ -1,0 +1,1 @@
+"""Rates of climb, speeds and courses, by plots and as reported by aircraft."""
