@@ -164,6 +164,7 @@ def fitted(old: Any, new: Any) -> Any:
     return old
 
 
+@cache
 def layout_of(kind: type) -> str:
     """Return the declared types of a class and of all it contains, as one line for each."""
     lines: dict[str, str] = {}

@@ -130,7 +130,11 @@ def rejections(
         The message of each.
     """
     # Most recordings leave most columns empty. Only an absent value is a reason to reject there.
-    empty = frozenset(one.name for one in frame if one.null_count() == len(frame))
+    empty = frozenset(
+        name
+        for name, nulls in zip(frame.columns, frame.null_count().row(0), strict=True)
+        if nulls == frame.height
+    )
     if len(frame) <= LISTED_ROWS_MAX:
         lists = Lists(frame, empty)
         if all(gate.clear(lists) for gate in gates if _may_reject(gate, empty)):

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from multiradar import wire
 from multiradar.errors import ConfigurationError, JournalError, MultiradarError
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
@@ -20,7 +19,7 @@ from support.simulation import traffic
 from support.simulation.engines import Tampered, Tampering
 from support.simulation.front import Front
 from support.simulation.migration import migrated
-from support.simulation.process import TRACKING, Process
+from support.simulation.process import TRACKING, Process, sensor_table
 from support.simulation.record import Detected, Record, Violation, require
 from support.simulation.scheduler import VirtualClock
 
@@ -317,8 +316,7 @@ class Machine:
         self._later(self._restart)
 
     def _open_engine(self) -> Tampered:
-        table = wire.sensor_table(self.sensors)
-        engine = Engine(table, TRACKING, 1, sampling=Sampling.DRAWN)
+        engine = Engine(sensor_table(self.sensors), TRACKING, 1, sampling=Sampling.DRAWN)
         return Tampered(engine, self.tampering)
 
     # ---------------------------------------------------------------- standby
@@ -389,6 +387,6 @@ _FINGERPRINTS: dict[int, str] = {}
 
 def _fingerprint(sensors: SensorsFile) -> str:
     if id(sensors) not in _FINGERPRINTS:
-        table = wire.sensor_table(sensors)
+        table = sensor_table(sensors)
         _FINGERPRINTS[id(sensors)] = configuration_fingerprint(table, TRACKING)
     return _FINGERPRINTS[id(sensors)]

@@ -12,6 +12,7 @@ from typing import Any
 
 from multiradar import wire
 from multiradar.errors import MultiradarError
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
@@ -60,6 +61,16 @@ DIAGNOSED = 0.2
 INLET_INTERVAL_S = 0.5
 #: Time from one snapshot to the next, s.
 SNAPSHOT_S = 4.0
+
+# The tables of the sensors of a run, the same in each.
+_TABLES: dict[int, tuple[SensorsFile, SensorTable]] = {}
+
+
+def sensor_table(sensors: SensorsFile) -> SensorTable:
+    """Return the table of sensors."""
+    if id(sensors) not in _TABLES:
+        _TABLES[id(sensors)] = sensors, wire.sensor_table(sensors)
+    return _TABLES[id(sensors)][1]
 
 
 class Process:
@@ -131,7 +142,7 @@ class Process:
         self._open: list[tuple[Exchange, asyncio.Task[None], Callable[[Exchange], None]]] = []
         self._datagrams = 0
         self._fingerprint = fingerprint
-        table = wire.sensor_table(sensors)
+        table = sensor_table(sensors)
         self.service = Service(
             open_journal=self._open_journal,
             open_engine=open_engine,

@@ -29,7 +29,15 @@ from multiradar_schemas.measurements.columns import complete
 from multiradar_schemas.reject import RejectCode
 from support.simulation.engines import POISON_HEIGHT_M
 from support.simulation.front import Exchange
-from support.simulation.process import JOURNAL, LIMITS, TRACKING, Process, read_marks, read_raw
+from support.simulation.process import (
+    JOURNAL,
+    LIMITS,
+    TRACKING,
+    Process,
+    read_marks,
+    read_raw,
+    sensor_table,
+)
 from support.simulation.traffic import START_S, Message
 
 if TYPE_CHECKING:
@@ -335,7 +343,7 @@ class Record:
                 )  # fmt: skip
 
     def _same_output(self, world: "World", folder: Path, entries: list[tuple[Any, ...]]) -> None:
-        sensors = SensorsInForce.of(wire.sensor_table(world.sensors), world.sensors)
+        sensors = SensorsInForce.of(sensor_table(world.sensors), world.sensors)
         engine = Engine(sensors.table, TRACKING, 1, sampling=Sampling.DRAWN)
         marks = {"flush": engine.flush, "clock": engine.restart}
         digest = OutputDigest()

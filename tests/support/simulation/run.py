@@ -1,6 +1,7 @@
 """Runs by seed, and what they covered."""
 
 import contextlib
+import gc
 import itertools
 import logging
 import traceback
@@ -15,6 +16,9 @@ from support.simulation.record import Detected, Violation
 from support.simulation.scheduler import VirtualClock
 from support.simulation.traffic import START_S
 from support.simulation.world import World
+
+#: New objects after which the garbage of a run is collected before its end.
+COLLECTED_OBJECTS = 200_000
 
 
 @dataclass(slots=True)
@@ -70,6 +74,11 @@ class Simulator:
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
         self._clock = VirtualClock(START_S)
         self._front = Front(self._clock)
+        # What is there before the runs is never garbage. The collector looks for that of a run
+        # after it, and during it where there is much.
+        gc.collect()
+        gc.freeze()
+        gc.set_threshold(COLLECTED_OBJECTS)
 
     def run(self, seed: int, names: tuple[str, ...] = (), *, dry: bool = False) -> Outcome:
         """Run a seed, with the faults that it draws or with these; if dry, only draw them."""
@@ -89,6 +98,8 @@ class Simulator:
             outcome.failures.append((seed, f"{error}\n  faults: {named}"))
         except Exception:
             outcome.failures.append((seed, f"{traceback.format_exc()}\n  faults: {named}"))
+        finally:
+            gc.collect()
         outcome.kills += world.record.kills
         outcome.takeovers += world.record.takeovers
         outcome.migrations += world.record.migrations

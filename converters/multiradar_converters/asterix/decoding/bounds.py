@@ -11,8 +11,6 @@ HEIGHT_MIN_M, HEIGHT_MAX_M = -1_500.0, 45_720.0
 #: Speed of an aircraft, m/s: twice that of the fastest.
 SPEED_MAX_MPS = 2_000.0
 
-_SINGLE = ("fixed", "extended")
-
 
 def impossible_records(columns: Columns) -> Flags:
     """Return which records have no possible time, latitude or longitude among those they contain.
@@ -33,27 +31,9 @@ def impossible_records(columns: Columns) -> Flags:
     impossible = np.zeros(len(columns), dtype=np.bool_)
     for kind, bound in (("time", DAY_S), ("LAT", LATITUDE_MAX_DEG), ("LON", LONGITUDE_MAX_DEG)):
         least = np.full(len(columns), np.inf)
-        for node, name in _fields(columns, kind):
+        for node, name in columns.walked.program.bounded[kind]:
             least = np.fmin(least, np.abs(columns.numbers(node, name)))
         # The end of a day is the start of the next.
         beyond = least >= bound if kind == "time" else least > bound
         impossible |= np.isfinite(least) & beyond
     return impossible
-
-
-def _fields(columns: Columns, kind: str) -> list[tuple[str, str]]:
-    """Return the nodes and names of the fields of a kind, except those that are repeated."""
-    program = columns.walked.program
-    items = program.layout.items()
-    found = []
-    for (node, name), described in program.fields.items():
-        item, _, below = node.partition("/")
-        whole = items[item.partition("+")[0]]
-        one = next((m for m in whole.members if m and m.name == below), whole)
-        if one.kind not in _SINGLE:
-            continue
-        is_time = described.unit == "s" and described.bits == 24
-        is_angle = name == kind and described.form == "signed" and described.unit == "deg"
-        if is_time if kind == "time" else is_angle:
-            found.append((node, name))
-    return found

@@ -34,6 +34,10 @@ REASONS = {
 }
 
 
+# Kinds of items that are not repeated.
+_SINGLE = ("fixed", "extended")
+
+
 @dataclass(frozen=True)
 class Program:
     """A layout as arrays for `_kernels.walk`.
@@ -72,6 +76,26 @@ class Program:
                 for number, part in enumerate(one.parts):
                     node = f"{path}+{number}" if number else path
                     found |= {(node, field.name): field for field in part.fields if field.name}
+        return found
+
+    @functools.cached_property
+    def bounded(self) -> dict[str, list[tuple[str, str]]]:
+        """Return the nodes and names of the fields `time`, `LAT` and `LON` that are not repeated.
+
+        A time is any field of a time of day.
+        """
+        items = self.layout.items()
+        found: dict[str, list[tuple[str, str]]] = {"time": [], "LAT": [], "LON": []}
+        for (node, name), described in self.fields.items():
+            item, _, below = node.partition("/")
+            whole = items[item.partition("+")[0]]
+            one = next((m for m in whole.members if m and m.name == below), whole)
+            if one.kind not in _SINGLE:
+                continue
+            if described.unit == "s" and described.bits == 24:
+                found["time"].append((node, name))
+            if name in ("LAT", "LON") and described.form == "signed" and described.unit == "deg":
+                found[name].append((node, name))
         return found
 
     def wrong_item(self, node: int) -> str:
