@@ -1,5 +1,6 @@
 """Migration of the journal of a run while no process of the service runs."""
 
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
@@ -47,9 +48,8 @@ def migrated(
     settings = Settings(sensors=described)
     if killed:
         try:
-            migrate(old / JOURNAL, new, settings, _run, _kill)
-        except _Killed:
-            pass
+            with contextlib.suppress(_Killed):
+                migrate(old / JOURNAL, new, settings, _run, _kill)
         except MultiradarError as error:
             return error
         require(not new.exists(), "I8", "a migration that was killed has left a state")
