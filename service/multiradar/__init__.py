@@ -60,9 +60,35 @@ _PLACES = {
 }
 
 
+#: Commands without a function of the same name.
+_COMMANDS = (
+    "align",
+    "archive",
+    "backup",
+    "demo",
+    "doctor",
+    "export",
+    "inspect",
+    "migrate",
+    "replay",
+    "reprocess",
+    "restore",
+    "serve",
+    "shorten",
+    "verify",
+    "view",
+)
+
+
 def __getattr__(name: str) -> object:
     if name not in _PLACES:
+        from multiradar_schemas.documents.names import did_you_mean
+
         msg = f"module {__name__!r} has no attribute {name!r}"
+        if name in _COMMANDS:
+            msg += f": it is a command; run `multiradar {name}`"
+        elif not name.startswith("_"):
+            msg += f"{did_you_mean(name, __all__)}; known: {', '.join(__all__)}"
         raise AttributeError(msg)
     module, member = _PLACES[name]
     found = import_module(f"{__name__}.{module}")

@@ -89,7 +89,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "Radar in the column kind",
         plots(RADAR, kind=pl.lit("Radar")),
         TRACK,
-        message=("26-10: kind is probably wrong", "write radar, adsb, mlat or bearing"),
+        message=("26-10: kind is probably wrong", "write radar in lower case"),
     ),
     Mistake(
         "one radar without the first half",

@@ -49,6 +49,11 @@ RECORDING_MISTAKES: tuple[Mistake, ...] = (
         sensors=_RADARS,
     ),
     Mistake(
+        "a space behind sensor_id",
+        plots(RADAR, sensor_id=pl.col("sensor_id") + " "),
+        message=("26-10: the sensor_id of", "is '26-10 ', which differs", "by spaces only"),
+    ),
+    Mistake(
         "code 2000 in all plots",
         plots(*_RADARS, mode_3a=pl.lit("2000")),
         message=("26-10: mode_3a is probably a placeholder: the value is 2000",),

@@ -283,7 +283,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         file("a.ast", "time;range\n1;2\n"),
         ("convert", "asterix", "a.ast", "--out", "out"),
         1,
-        ("no ASTERIX block can be decoded",),
+        ("no ASTERIX block can be decoded", "probably not an ASTERIX recording"),
     ),
     Mistake(
         "a packed file cut short",

@@ -161,6 +161,12 @@ def _times(frame: pl.DataFrame) -> Numbers:
     return frame["time_s"].fill_null(np.nan).to_numpy()
 
 
+_NO_ASTERIX = (
+    "probably not an ASTERIX recording (a block starts with its category and its length in three "
+    "octets), or encrypted or damaged; check which program wrote the file"
+)
+
+
 def _check_some_known(findings: Findings, options: Options) -> None:
     """Reject recordings without a decodable block."""
     if any(account.octets["decoded"] + account.octets["skipped"] for account in findings.files):
@@ -172,7 +178,7 @@ def _check_some_known(findings: Findings, options: Options) -> None:
             first = min(account.broken, key=lambda one: one.offset)
             msg = (
                 f"{account.file}: no ASTERIX block can be decoded; at offset {first.offset}: "
-                f"{first.reason}"
+                f"{first.reason}; {_NO_ASTERIX}"
             )
             raise LayoutError(msg)
     names = ", ".join(account.file for account in findings.files)

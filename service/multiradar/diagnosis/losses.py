@@ -29,6 +29,7 @@ VALUES_MAX = 0.01
 #: ... and fraction of values outside their limits, as of garbled replies, without the plots beyond
 #: range_max_m.
 OUTSIDE_MAX = 0.1
+_KINDS = ("radar", "adsb", "mlat", "bearing")
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
@@ -111,6 +112,13 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
         if sensors.kinds[number] != KIND_POSITION or not other:
             return None
         why = f"but the sensors file declares {declared}"
+    if kind.lower() in _KINDS and kind not in _KINDS:
+        remedy = f"write {kind.lower()} in lower case in the column kind of its measurements"
+        return Diagnosis(
+            name,
+            "kind",
+            f"{name}: kind is probably wrong: its measurements are of kind {kind}; {remedy}",
+        )
     declared = "direction-finder" if kind == "bearing" else kind
     remedy = f'declare it as kind = "{declared}"'
     if declared not in get_args(SensorKind):

@@ -1,7 +1,8 @@
 """Sources that are missing in the sensors file, and configured sensors without measurements."""
 
 import difflib
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -31,11 +32,15 @@ def check_names(evidence: Evidence) -> list[Diagnosis]:
     unknown = [name for name in evidence.sources if name not in known and name]
     silent = [name for name in _expected(evidence) if not _read(evidence, name)]
     present = [name for name in known if _read(evidence, name)]
-    if unknown and not present:
+    spelt = _spelt_otherwise(unknown, known)
+    unknown = [name for name in unknown if name not in spelt]
+    silent = [name for name in silent if name not in spelt.values()]
+    if unknown and not present and not spelt:
         return [_wrong_sensors_file(evidence, unknown, silent)]
     likely = _likely_sensors(evidence, unknown, silent)
     reused = _reused_ids(evidence, [name for name in unknown if name not in likely], present)
     return [
+        *(_spelling(evidence, name, meant) for name, meant in spelt.items()),
         *(_reused_id(evidence, name, of) for name, of in reused.items()),
         *(
             _unknown(evidence, name, _same_kind(evidence, name, silent), likely.get(name))
@@ -45,6 +50,30 @@ def check_names(evidence: Evidence) -> list[Diagnosis]:
         *(_silent(name) for name in silent if name not in likely.values()),
         *_nameless(evidence),
     ]
+
+
+# Sources whose names differ from those of sensors by spaces, upper or lower case.
+def _spelt_otherwise(unknown: Sequence[str], known: Collection[str]) -> dict[str, str]:
+    plain = {name.lower(): name for name in known}
+    read = {name: _plain(name).lower() for name in unknown}
+    found = {name: plain[text] for name, text in read.items() if text in plain}
+    return dict(sorted(found.items(), key=lambda one: one[1]))
+
+
+# A name without the quotation marks that the evidence gives to unusual ones.
+def _plain(name: str) -> str:
+    return re.sub(r"(\\[tnr]|\\x..|\\u....|[\s'])", "", name)
+
+
+def _spelling(evidence: Evidence, name: str, meant: str) -> Diagnosis:
+    what = "by spaces" if _plain(name) == meant else "by upper and lower case"
+    count = counted(evidence.sources[name].read)
+    return Diagnosis(
+        meant,
+        "unknown_source",
+        f"{meant}: the sensor_id of {count} measurements is {name}, which differs from that of the "
+        f"sensors file {what} only; correct the column sensor_id",
+    )
 
 
 def _nameless(evidence: Evidence) -> list[Diagnosis]:

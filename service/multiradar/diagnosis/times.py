@@ -55,14 +55,19 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
         return []
     of_all = len(jumped) == len(sources)
     names = [""] if of_all else sorted(jumped)
-    return [_jump(name, jumped[name] if name else _longest(jumped)) for name in names]
+    positions = all(_kind(one) in ("adsb", "mlat") for one in sources.values() if one.read)
+    return [
+        _jump(name, jumped[name] if name else _longest(jumped), positions=positions)
+        for name in names
+    ]
 
 
 def _longest(sources: Mapping[str, Source]) -> Source:
     return max(sources.values(), key=lambda one: one.gap_s)
 
 
-def _jump(name: str, source: Source) -> Diagnosis:
+# Archives of reported positions often contain parts of several days.
+def _jump(name: str, source: Source, *, positions: bool) -> Diagnosis:
     head = f"{name}: its" if name else "the"
     spans = f"from {utc(source.gap_from_s)} to {utc(source.gap_from_s + source.gap_s)}"
     days = round(source.gap_s / DAY_S)
@@ -74,11 +79,20 @@ def _jump(name: str, source: Source) -> Diagnosis:
             f"{head} times probably jump by {many}, {spans}: a wrong date, or a day counted twice; "
             "correct the times after the jump",
         )
+    gap = f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}"
+    if positions and source.first_s >= DATELESS_MAX_S:
+        return Diagnosis(
+            name,
+            "times_jump",
+            f"{gap}: each day has tracks of its own; track each day separately where they are to "
+            "be evaluated separately",
+            "warning",
+        )
     return Diagnosis(
         name,
         "times_jump",
-        f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}: probably "
-        "recordings of different days, or wrong dates; convert and track each day separately",
+        f"{gap}: probably recordings of different days, or wrong dates; convert and track each day "
+        "separately",
     )
 
 

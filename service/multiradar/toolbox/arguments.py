@@ -105,7 +105,7 @@ def checked_value(name: str, value: Any, annotation: Any) -> Any:
         and any(_origin(one) in _SEVERAL for one in kinds)
     ):
         value = (value,)
-    if value == "" and Path in kinds:
+    if isinstance(value, str) and not value and Path in kinds:
         # The path of the working directory is ".".
         raise ArgumentError(f"`{name}`: expected {_words(kinds)}, was an empty text", name)
     if any(_fits(value, kind) for kind in kinds):

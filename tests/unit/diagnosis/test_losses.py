@@ -102,7 +102,8 @@ def test_a_disabled_sensor_has_no_losses() -> None:
 @pytest.mark.parametrize(
     ("kind", "remedy"),
     [
-        ("Radar", "write radar, adsb, mlat or bearing in the column kind"),
+        ("Radar", "write radar in lower case in the column kind"),
+        ("rdr", "write radar, adsb, mlat or bearing in the column kind"),
         ("adsb", "its measurements have ranges: correct their column kind"),
         ("bearing", 'declare it as kind = "direction-finder"'),
     ],

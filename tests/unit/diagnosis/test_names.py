@@ -118,3 +118,31 @@ def test_a_source_name_of_any_length_is_quoted_in_short_and_printable_form() -> 
     assert said.code == "unknown_source"
     assert said.sentence.isprintable()
     assert len(said.sentence) < 300
+
+
+@pytest.mark.parametrize(
+    ("spelt", "what"), [("2-10 ", "by spaces only"), (" 2-10\t", "by spaces only")]
+)
+@pytest.mark.parametrize("every", [True, False])
+def test_spaces_about_the_name_of_a_sensor_are_named(spelt: str, what: str, *, every: bool) -> None:
+    one = recording()
+    name = pl.col("sensor_id")
+    other = name + " " if every else name
+    frame = one.frame.with_columns(
+        sensor_id=pl.when(name == "2-10").then(pl.lit(spelt)).otherwise(other)
+    )
+    found = {said.sensor_id: said for said in Recording(frame, one.sensors).diagnosed()}
+    assert [*found] == ([*RADARS] if every else ["2-10"])
+    assert found["2-10"].code == "unknown_source"
+    assert f"measurements is {spelt!a}, which differs" in found["2-10"].sentence
+    assert what in found["2-10"].sentence
+
+
+def test_upper_and_lower_case_of_the_name_of_a_sensor_are_named() -> None:
+    one = recording().configured("2-10", id="North")
+    frame = one.frame.with_columns(pl.col("sensor_id").replace({"2-10": "NORTH"}))
+    (found,) = Recording(frame, one.sensors).diagnosed()
+    assert (found.sensor_id, found.code) == ("North", "unknown_source")
+    assert "is NORTH, which differs from that of the sensors file by upper and lower case only" in (
+        found.sentence
+    )

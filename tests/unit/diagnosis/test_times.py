@@ -43,6 +43,21 @@ def timed(
     return made
 
 
+# Archives of reported positions hold parts of several days, which radars do not.
+@pytest.mark.parametrize(
+    ("kinds", "severity"),
+    [(("adsb",), "warning"), (("adsb", "mlat"), "warning"), (("adsb", "radar"), "error")],
+)
+def test_several_days_of_positions_are_a_warning(kinds: tuple[str, ...], severity: str) -> None:
+    sources = {kind: timed(kind, 0.0, 180_000.0, gap_s=85_000.0) for kind in kinds}
+    (found,) = check_gaps(sources)
+    assert (found.code, found.severity) == ("times_jump", severity)
+    assert "have a gap of 23.6 h" in found.sentence
+    assert ("track each day separately" in found.sentence, "wrong dates" in found.sentence) == (
+        True, severity == "error",
+    )  # fmt: skip
+
+
 def test_radars_that_all_end_early_are_those_of_a_truncated_file() -> None:
     sources = {
         "1-10": timed("radar", 0.0, 800.0),

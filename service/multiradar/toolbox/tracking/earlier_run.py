@@ -40,7 +40,7 @@ def biases_at_end(run: Run, sensors: "SensorTable", first_s: float | None) -> "B
 
     state, end_s = wire.final_biases(run.biases, run.table("bias_correlations"), sensors)
     if end_s is None:
-        raise InputError(f"{run.folder}: the run contains no bias estimates for these sensors")
+        raise InputError(_no_biases(run, sensors))
     if first_s is None:
         return state
     if first_s < end_s - OVERLAP_MAX_S:
@@ -50,3 +50,15 @@ def biases_at_end(run: Run, sensors: "SensorTable", first_s: float | None) -> "B
         )
     elapsed_s = max(first_s - end_s, 0.0)
     return drift(state, sensors.drift, elapsed_s)[0] if elapsed_s else state
+
+
+def _no_biases(run: "Run", sensors: "SensorTable") -> str:
+    from multiradar.diagnosis.names import listed
+
+    of_run = sorted(run.biases["sensor_id"].unique().to_list())
+    has = f"contains biases of {listed(of_run)}" if of_run else "contains no biases"
+    return (
+        f"{run.folder}: the run {has}, but the sensors of this recording are "
+        f"{listed(sensors.ids)}: a run of other sensors, or other ids; choose a run of the same "
+        "sensors"
+    )

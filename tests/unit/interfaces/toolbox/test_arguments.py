@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import polars as pl
 import pytest
 
 import multiradar as mr
@@ -113,3 +114,8 @@ def test_numbers_and_names_of_any_kind_are_accepted(given: dict[str, Any], used:
 def test_one_preset_may_be_given_as_text(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="unknown preset 'ed142'"):
         mr.evaluate(tmp_path, truth=tmp_path, presets="ed142")
+
+
+def test_a_table_is_no_recording_to_convert() -> None:
+    with pytest.raises(ArgumentError, match="`recordings`: expected a path or several paths, was"):
+        mr.convert(pl.DataFrame({"a": [1] * 100}))  # type: ignore[arg-type]  # the mistake

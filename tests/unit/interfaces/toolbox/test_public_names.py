@@ -3,8 +3,11 @@
 import sys
 
 import pytest
+from typer.core import TyperGroup as Group
+from typer.main import get_command
 
 import multiradar as mr
+from multiradar.cli.main import app
 from support.paths import ROOT
 from support.processes.waiting import run_to_end
 
@@ -29,8 +32,20 @@ def test_the_reference_has_every_public_name() -> None:
 
 
 def test_another_name_is_an_error() -> None:
-    with pytest.raises(AttributeError, match="no attribute 'trak'"):
+    with pytest.raises(AttributeError, match=r"no attribute 'trak' .did you mean 'track'.*known: "):
         mr.trak  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute '__wrapped__'$"):
+        mr.__wrapped__  # noqa: B018
+
+
+def test_a_command_without_a_function_is_named_as_such() -> None:
+    whole = get_command(app)
+    assert isinstance(whole, Group)
+    commands = {*whole.commands} - {*mr.__all__}
+    assert {*mr._COMMANDS} == {one for one in commands if one.isidentifier() and one != "key"}
+    for name in ("align", "inspect"):
+        with pytest.raises(AttributeError, match=f"it is a command; run `multiradar {name}`"):
+            getattr(mr, name)
 
 
 @pytest.mark.slow
