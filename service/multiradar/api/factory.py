@@ -93,8 +93,8 @@ def create_api(
     )  # fmt: skip
     require_declared(every)
     application.state.routes = [route for router in every for route in router.routes]
-    for router in every:
-        application.include_router(router)
+    # As they are, not by `include_router`: it analyses all functions again at the first request.
+    application.router.routes.extend(application.state.routes)
     return application
 
 
