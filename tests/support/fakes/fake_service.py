@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import polars as pl
@@ -44,6 +45,8 @@ from support.scenarios import live_scene
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
 
 
+# Each fake service has them, and no test changes them.
+@cache
 def live_tracks(count: int) -> pl.DataFrame:
     """Tracks 1 to `count`, one degree of longitude apart from each other, time 1000 s and on."""
     number = pl.int_range(1, count + 1, eager=True)
