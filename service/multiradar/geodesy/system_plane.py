@@ -164,7 +164,15 @@ class SystemPlane:
         OutsidePlaneError
             If a foot is more than 60° from the centre, or not a number.
         """
-        east, north, gradient = self._gradient(east_m, north_m)
+        return self._geodetic(*self._gradient(east_m, north_m))
+
+    # The same of coordinates with half the gradient there.
+    def _geodetic(
+        self,
+        east: NDArray[np.float64],
+        north: NDArray[np.float64],
+        gradient: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         up = -(self.parameters[kernels.M_EE] * east**2 + self.parameters[kernels.M_NN] * north**2)
         up /= 1.0 + self.parameters[kernels.M_NU] * north + gradient[..., 2]
         latitude, longitude, _ = ecef_to_geodetic(
@@ -210,7 +218,7 @@ class SystemPlane:
             [zero, parameters[kernels.M_NN] + m_nu * slope_north, m_nu + m_uu * slope_north],
             axis=-1,
         )
-        latitude, longitude = self.to_geodetic(east, north)
+        latitude, longitude = self._geodetic(east, north, gradient)
         level = enu_rotation(latitude, longitude)[..., :2, :]
         slopes = [rotated(level, rotated(self._rotation.T, slope)) for slope in (by_east, by_north)]
         return np.stack(slopes, axis=-1)

@@ -1,5 +1,6 @@
 """Bias estimation by epochs: collects information, updates the biases at the end of an epoch."""
 
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -108,7 +109,8 @@ class BiasEstimator:
         ):
             total += part
             total_vector += part_vector
-        total = np.triu(total) + np.triu(total, 1).T
+        upper, above = _triangles(count)
+        total = np.where(upper, total, 0.0) + np.where(above, total, 0.0).T
         self.state = add_information(self.state, total, total_vector)
 
     def set_state(self, estimate: Floats, covariance: Floats) -> None:
@@ -278,3 +280,9 @@ def column_starts(sensors: SensorTable) -> Integers:
     IMM UrO RAN report (2016), equation (1.8): the order of ς in the stacked vector.
     """
     return np.searchsorted(sensors.parameter_sensor, np.arange(len(sensors) + 1)).astype(np.int64)
+
+
+# Which elements of a square matrix are in its upper triangle, with and without the diagonal.
+@cache
+def _triangles(count: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    return ~np.tri(count, k=-1, dtype=np.bool_), ~np.tri(count, dtype=np.bool_)

@@ -160,7 +160,8 @@ def widened(matrix: Floats, columns: int, diagonal: float) -> Floats:
     count = len(matrix)
     wide = np.zeros((columns, columns))
     wide[:count, :count] = matrix
-    wide[range(count, columns), range(count, columns)] = diagonal
+    if columns > count:
+        wide[range(count, columns), range(count, columns)] = diagonal
     return wide
 
 

@@ -89,10 +89,11 @@ class BiasTrends:
         now_s, estimate, variance = self._now
         for column in np.flatnonzero(self._sensors.parameter_kind == kind).tolist():
             sensor = int(self._sensors.parameter_sensor[column])
-            old = [one for one in self._kept if one[0] > self._since_s[sensor]]
-            if not old or now_s - old[0][0] < TREND_MIN_S:
+            since_s = float(self._since_s[sensor])
+            past = next((one for one in self._kept if one[0] > since_s), None)
+            if past is None or now_s - past[0] < TREND_MIN_S:
                 continue
-            past_s, before, spread = old[0]
+            past_s, before, spread = past
             span_s = now_s - past_s
             walked = self._sensors.drift[column] ** 2 * span_s
             by_chance = max(spread[column] + walked - variance[column], 0.0)

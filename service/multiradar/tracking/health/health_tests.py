@@ -27,6 +27,11 @@ NOISE_SHARE_MIN = 0.2
 
 # Prior: a site error within 100 km, offsets and gain arbitrary.
 _PATTERN_SIGMAS = np.array([1e3, 0.1, 0.01 * GAIN_SCALE_M, 1e5, 1e5])
+_PATTERN_SCALE = np.outer(_PATTERN_SIGMAS, _PATTERN_SIGMAS)
+_UPPER = np.triu_indices(PATTERNS)
+_IDENTITY = np.eye(PATTERNS)
+# As numbers: a test has four values, and arrays of four take ten times as long.
+_SHIFTS = JUMP_SIGMAS.tolist()
 
 
 def jump_evidence(values: Floats, common: float, scale: float) -> Floats:
@@ -63,9 +68,13 @@ def jump_evidence(values: Floats, common: float, scale: float) -> Floats:
     median = _median(values)
     spread = NORMAL_SPREAD * _median(np.abs(values - median))
     variance = MEDIAN_VARIANCE / len(values) * max(scale, 1.0, spread * spread)
-    shifts = np.array([[median], [-median]]) - COMMON_SIGMAS * np.sqrt(common)
-    evidence: Floats = JUMP_SIGMAS * (shifts - 0.5 * JUMP_SIGMAS) / variance
-    return evidence
+    error = COMMON_SIGMAS * float(np.sqrt(common))
+    return np.array(
+        [
+            [shift * (moved - error - 0.5 * shift) / variance for shift in _SHIFTS]
+            for moved in (median, -median)
+        ]
+    )
 
 
 def scale_after(scale: float, clipped: float, count: float, weight: float) -> float:
@@ -148,12 +157,12 @@ def shift_of_site(pattern: Floats, vector: Floats, scale: float) -> tuple[Floats
     They are 90° apart in range and azimuth, and decrease with range in azimuth.
     """
     information = np.zeros((PATTERNS, PATTERNS))
-    information[np.triu_indices(PATTERNS)] = pattern
-    information += np.triu(information, 1).T
-    scaled = information * np.outer(_PATTERN_SIGMAS, _PATTERN_SIGMAS) + np.eye(PATTERNS)
+    information[_UPPER] = pattern
+    information.T[_UPPER] = pattern
+    scaled = information * _PATTERN_SCALE + _IDENTITY
     inverse = np.linalg.inv(scaled)
     found: Floats = (inverse @ (vector * _PATTERN_SIGMAS)) * _PATTERN_SIGMAS
-    covariance = inverse * np.outer(_PATTERN_SIGMAS, _PATTERN_SIGMAS) * max(scale, 1.0)
+    covariance = inverse * _PATTERN_SCALE * max(scale, 1.0)
     spread: Floats = np.asarray(covariance[SITE:, SITE:], np.float64)
     return found[SITE:], spread
 

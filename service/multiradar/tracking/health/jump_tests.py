@@ -1,5 +1,6 @@
 """Detection of bias jumps: cumulative tests of the innovations of many aircraft."""
 
+from math import isfinite
 from typing import ClassVar
 
 import numpy as np
@@ -114,10 +115,11 @@ class JumpTests:
             # Without new information the previous uncertainty of the biases is used.
             if sums.commons[s] > 0:
                 self._common[s, i] = sums.common[s, i] / sums.commons[s]
-            common = self._common[s, i]
+            common = float(self._common[s, i])
             sums.settled[s, i] = common <= SETTLED_SHARE
-            if tested and np.isfinite(common):
-                more = jump_evidence(sums.values[s, i, :count], common, sums.scale[s, i])
+            if tested and isfinite(common):
+                scale = float(sums.scale[s, i])
+                more = jump_evidence(sums.values[s, i, :count], common, scale)
                 self._evidence[s, i] = np.maximum(self._evidence[s, i] + more, 0.0)
 
 
