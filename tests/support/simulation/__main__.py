@@ -16,8 +16,8 @@ from support.simulation.run import Outcome, Simulator, begin, run_some
 
 #: Runs that a process makes before it reports.
 PIECE_RUNS = 20
-#: Pieces of one process: killed services stay in its memory, some 5 MB a run.
-PIECES_MAX = 15
+#: Pieces of one process, whose memory grows to 0.9 GB in its first hundred runs, and no more after.
+PIECES_MAX = 100
 PROGRESS_S = 10.0
 
 

@@ -89,6 +89,7 @@ class Simulator:
         outcome.faults.update(fault.name for fault in faults)
         outcome.pairs.update(itertools.combinations(rows, 2))
         if dry:
+            world.machine.folder.rmdir()
             return outcome
         named = ", ".join(fault.name for fault in faults)
         try:

@@ -9,13 +9,15 @@ from support.simulation.__main__ import run
 
 pytestmark = pytest.mark.slow
 
-#: Chosen one after the other of the first 1500 for the pairs of faults that none before has: more
-#: pairs than in the first 60. Some have a standby, with which a run takes 1.5 times as long.
+#: Chosen one after the other of the first 1500 for the pairs of faults that those before have
+#: least often: nearly all pairs occur. One with a standby takes 1.5 times as long.
 SEEDS = (
-    19, 37, 38, 1470, 977, 1460, 1166, 791, 408, 955, 609, 664, 1039, 1192,
-    516, 663, 927, 1266, 282, 26, 1102, 617, 501, 1129, 752, 926, 69, 120,
+    19, 26, 118, 312, 573, 664, 1146, 762, 408, 225, 1207, 1468, 69, 599, 283, 1370, 24, 37,
+    935, 646, 691, 1334, 927, 282, 501, 1241, 791, 1039, 376, 537, 977, 609, 617, 984, 1182,
+    116, 509, 639, 1129, 516, 1339, 120, 665, 243, 390, 1483, 648, 1280, 1442, 1347, 800, 34,
+    1431, 889, 961, 581, 551, 493, 1033, 751,
 )  # fmt: skip
-PAIRS_MIN = 500
+PAIRS_MIN = 740
 
 
 def simulated(*options: object) -> str:
