@@ -23,7 +23,7 @@ from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, Effects, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
-from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
+from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit, with_usual_offsets
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Floats, Integers, located
@@ -49,6 +49,9 @@ SIGMAS = 8.0
 AIRCRAFT_MIN, PAIRS_MIN, PAIRS_MAX = 12, 60, 6_000
 #: An error whose improvement of the fit is within this fraction of the best is as likely.
 ALIKE = 0.05
+#: Radars are mostly adjusted to 250 m and 0.25°: an error is seven times less likely if the offsets
+#: beside it have a sum of squares that is larger by this, in units of 500 m and 0.5° (`_OFFSETS`).
+OFFSETS_MORE = 1.0
 #: Radars closer together than this share a site, m.
 ONE_SITE_M = 100.0
 #: Number of errors found in one run, at most.
@@ -221,6 +224,9 @@ class JointFit:
             # A radar and the positions that it is compared with alone: the radar is wrong.
             sited = [one for one in alike if candidates[one][1][0] not in self._reporting()]
             likely = sited or alike
+            if len(likely) > 1 and not of_basis:
+                count = len(_radars_of(self._comparison, rows))
+                likely = with_usual_offsets({one: fits[one] for one in likely}, count, OFFSETS_MORE)
             found.append(tuple(errors[one] for one in likely))
             known += own[likely[0]]
             wrong = set(errors[likely[0]].radars).union(

@@ -5,7 +5,7 @@ product of whole columns would wait for the threads of the linear algebra librar
 where other processes use the cores.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,3 +145,23 @@ def _median(values: Floats) -> float:
     half = len(values) // 2
     ranked = np.partition(values, (half - 1, half) if half else 0)
     return float(ranked[half] if len(values) % 2 else 0.5 * (ranked[half - 1] + ranked[half]))
+
+
+def with_usual_offsets(fits: Mapping[int, TrimmedFit], radars: int, more: float) -> list[int]:
+    """Return the fits with the smallest offsets of the radars, the smallest first.
+
+    Another site of one radar resembles one of its neighbour with large offsets of several radars.
+
+    Parameters
+    ----------
+    fits : mapping of TrimmedFit
+        Their first columns are the offsets of range, azimuth and time of each radar.
+    radars : int
+        Number of radars.
+    more : float
+        Largest difference of the sum of squares of range and azimuth offsets from the least one.
+    """
+    offsets = {one: fit.solution[: 3 * radars].reshape(-1, 3)[:, :2] for one, fit in fits.items()}
+    squares = {one: float(np.sum(found**2)) for one, found in offsets.items()}
+    most = min(squares.values()) + more
+    return sorted((one for one in squares if squares[one] <= most), key=lambda one: squares[one])

@@ -15,6 +15,7 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
     SHIFT,
     JointFit,
 )
+from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, recording
 
 
 @pytest.mark.parametrize(
@@ -70,3 +71,20 @@ def test_what_reports_positions_may_be_shifted_as_the_site_of_a_radar(
     fits.site_errors()
     shifts = [(SHIFT, (one,)) for one in range(3)]
     assert asked == [[*shifts, (GAIN, (0,)), (SCALE, (0,)), (SCALE, (1,))]]
+
+
+@pytest.mark.parametrize("name", [*RADARS])
+@pytest.mark.parametrize(("north_m", "east_m"), [(1100.0, 0.0), (0.0, 1100.0)])
+def test_of_three_radars_the_one_with_the_wrong_site_is_named_first(
+    name: str, north_m: float, east_m: float
+) -> None:
+    """Regression: a neighbour with unusual offsets of all radars was as likely, or came first."""
+    latitude, longitude, _ = RADARS[name][0]
+    moved = recording().configured(
+        name,
+        latitude_deg=latitude + north_m / METRES_PER_DEGREE,
+        longitude_deg=longitude + east_m / METRES_PER_DEGREE / np.cos(np.radians(latitude)),
+    )
+    (found,) = moved.diagnosed()
+    assert (found.sensor_id, found.code) == (name, "site")
+    assert found.sentence.startswith(f"{name}: its site is probably ")
