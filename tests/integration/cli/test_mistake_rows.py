@@ -22,6 +22,7 @@ ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *RECORDING_MISTAKES, *DUMP_MISTAKES, *FILE
 DURATION_S = 480.0
 #: Mistakes that only show in all of it.
 SLOWLY_SHOWN = (
+    "a site off by 5 km",
     "Mode 3/A codes in decimal",
     "ADS-B in GPS time (18 s ahead)",
     "a date that falls back by a day",
@@ -31,6 +32,7 @@ SLOWLY_SHOWN = (
 #: One of each kind of cause; check_mistakes.py makes all of them.
 CHOSEN = (
     "none: the sample as it is",
+    "a site off by 5 km",
     "range 0 in all plots",
     "half the ranges",
     "heights with another pressure, 300 m off",

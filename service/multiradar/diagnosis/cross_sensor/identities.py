@@ -310,15 +310,22 @@ def _are_numbered_otherwise(comparison: Comparison, first: int, later: int) -> b
     paths = comparison.numbered_paths(later)
     site = comparison.site_of_radar(first)
     pairs = candidate_pairs(plots, paths, 0.0)
-    apart_m = np.linalg.norm(positions(plots, site)[pairs.plot] - pairs.position_m, axis=1)
+    displaced_m = positions(plots, site)[pairs.plot] - pairs.position_m
+    apart_m = np.linalg.norm(displaced_m, axis=1)
+    name_of_path = np.full(int(paths.path.max(initial=-1)) + 1, -1)
+    name_of_path[paths.path] = paths.name
+    alike = displaced_m[name_of_path[pairs.name] == numbers[pairs.plot]]
+    if len(alike) >= TESTED_MIN:
+        off_m = np.linalg.norm(alike - np.median(alike, axis=0), axis=1)
+        if np.median(off_m) <= PATH_M:
+            # The same aircraft, displaced by a wrong site.
+            return False
     order = np.lexsort((apart_m, pairs.plot))
     order = order[(apart_m[order] <= PATH_M) & (numbers[pairs.plot[order]] >= 0)]
     nearest = order[np.flatnonzero(np.diff(pairs.plot[order], prepend=-1))]
     own, path = numbers[pairs.plot[nearest]], pairs.name[nearest]
     if len(own) < TESTED_MIN or len(np.unique(own)) < NUMBERS_MIN:
         return False
-    name_of_path = np.full(int(paths.path.max()) + 1, -1)
-    name_of_path[paths.path] = paths.name
     if np.mean(name_of_path[path] == own) > SAME_NUMBER_MAX:
         return False
     counts = pl.DataFrame({"own": own, "path": path}).group_by("own", "path").len()
