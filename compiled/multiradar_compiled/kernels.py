@@ -12,6 +12,7 @@ from numba.extending import intrinsic, overload, register_jitable
 from numpy.typing import NDArray
 
 from multiradar_compiled.cache import keep_in_folder
+from multiradar_compiled.parts import PartCompiler
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
@@ -23,6 +24,8 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wra
 _UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 # numba has no type annotations of it.
 _unliteral: Any = types.unliteral
+# A wrapper for Python is a tenth of the compilation time.
+_PART: dict[str, Any] = {**_UNCOUNTED, "no_cpython_wrapper": True}
 #: Options of functions inlined in their caller.
 IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
@@ -73,8 +76,23 @@ def in_loop(function: Kernel) -> Kernel:
     callable
         Compiled at its first call.
     """
-    options = {**_UNCOUNTED, "forceinline": True, "no_cpython_wrapper": True}
-    return _compiled(function, options, _InLoop)
+    return _part(function, {**_PART, "forceinline": True})
+
+
+def inner_loop(function: Kernel) -> Kernel:
+    """Compile a function that is only called from compiled functions, and is not inlined.
+
+    Parameters
+    ----------
+    function : callable
+        Creates no arrays except views.
+
+    Returns
+    -------
+    callable
+        Compiled with its caller.
+    """
+    return _part(function, _PART)
 
 
 def loop(function: Kernel) -> Kernel:
@@ -103,11 +121,11 @@ class _Kernel(CPUDispatcher):
         )
 
 
-class _InLoop(_Kernel):
-    # An inlined function needs no wrapper for Python, which is a tenth of the compilation time.
-    # numba would call a wrapper nevertheless, and crash: no compiled form is registered. For calls
-    # from Python, as in tests, another form is compiled.
+class _Part(_Kernel):
+    # A function that is compiled with its caller. For calls from Python, as in tests, another form
+    # is compiled.
     def add_overload(self, result: Any) -> None:
+        # numba would call a wrapper, of which there is none.
         self.overloads[tuple(result.signature.args)] = result
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
@@ -121,14 +139,20 @@ class _InLoop(_Kernel):
 
 
 def _compiled(
-    function: Kernel, options: dict[str, Any], form: type[CPUDispatcher] = _Kernel
+    function: Kernel, options: dict[str, Any], form: type[CPUDispatcher] = _Kernel, **named: Any
 ) -> Kernel:
     numba_config: Any = config
     if numba_config.DISABLE_JIT:
         return function
-    compiled: Any = form(function, targetoptions={**options, "nopython": True, "boundscheck": None})
-    keep_in_folder(compiled)
+    targetoptions = {**options, "nopython": True, "boundscheck": None}
+    compiled: Any = form(function, targetoptions=targetoptions, **named)
+    if form is _Kernel:
+        keep_in_folder(compiled)
     return cast(Kernel, compiled)
+
+
+def _part(function: Kernel, options: dict[str, Any]) -> Kernel:
+    return _compiled(function, options, _Part, pipeline_class=PartCompiler)
 
 
 def in_both(function: Kernel) -> Kernel:

@@ -11,7 +11,7 @@ from architecture.test_sources import modules, nodes, text, tree
 from multiradar.estimation.filters._step_kernels import step
 from support.paths import ROOT
 
-UNCOUNTED = {"loop", "in_loop"}
+UNCOUNTED = {"loop", "inner_loop", "in_loop"}
 ARRAY_MAKERS = re.compile(
     r"(empty|zeros|ones|full)(_like)?|eye|identity|array|arange|linspace|diag|outer|dot|copy"
     r"|concatenate|\w*stack|where|cumsum|(arg)?sort|flatnonzero|nonzero|astype|reshape|ravel"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +20,19 @@ def inlined(value: float, power: int, negative: bool) -> float:
 @loop
 def called(value: float, power: int, negative: bool) -> float:
     return inlined(value, power, negative)
+
+
+@inner_loop
+def within(numbers: Floats) -> float:
+    total = 0.0
+    for number in numbers:
+        total += inlined(number, 2, True)
+    return total
+
+
+@kernel
+def totals(numbers: Floats) -> float:
+    return within(numbers) - called(numbers[0], 2, False)
 
 
 @kernel
@@ -39,3 +52,15 @@ def test_constants_are_arguments_as_others(callee: Any) -> None:
     assert numbers.tolist() == [18.0, -16.0, 16.0]
     assert [str(one) for one in callee.signatures[0]] == ["float64", "int64", "bool"]
     assert len(callee.signatures) == 1
+
+
+def test_a_part_is_translated_with_its_callers_alone() -> None:
+    numbers = np.array([1.0, 2.0, 3.0])
+    caller: Any = totals
+    caller.recompile()
+    assert totals(numbers) == -15.0
+    part: Any = within
+    (compiled,) = part.overloads.values()
+    # A function that is ready to run has its address.
+    assert not compiled.library.codegen._engine.is_symbol_defined(compiled.fndesc.mangled_name)
+    assert within(numbers) == -14.0

@@ -40,7 +40,7 @@ from multiradar.estimation.filters.arrays import (
 )
 from multiradar.estimation.filters.two_stage._information_kernels import inform
 from multiradar.estimation.measurement.kinds import KIND_FLAT_POLAR, KIND_RADAR
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, inner_loop
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -55,7 +55,7 @@ def measures_delay(kind: int, s: int, model: Model) -> bool:
     return measures
 
 
-@loop
+@inner_loop
 def prepare_delay(k: int, kind: int, s: int, action: int, model: Model, delay: Floats) -> float:
     """Return the delay of aircraft k, at the published biases, in a measurement by sensor s, m.
 
@@ -79,7 +79,7 @@ def by_biases(k: int, delay: Floats, bias: Floats) -> float:
     return total
 
 
-@loop
+@inner_loop
 def add_delay_columns(k: int, delay: Floats, bias: Floats, U: Floats) -> float:
     """Add j V_d and j √B to the sensitivities of a range, (2, c), and return V_d ς̂."""
     n = bias.shape[0]
@@ -96,7 +96,7 @@ def spread_of_delay(U: Floats) -> Triple:
     return u0 * u0, u0 * u1, u1 * u1
 
 
-@loop
+@inner_loop
 def initialise_with_delay(
     k: int, kind: int, s: int, H: Floats, model: Model, aircraft: Aircraft
 ) -> None:
@@ -115,7 +115,7 @@ def initialise_with_delay(
         V[k, i, n - 1] -= by_range * delay[k, DELAY_SIGMA]
 
 
-@loop
+@inner_loop
 def inform_with_delay(
     i00: float, i01: float, i11: float, nu0: float, nu1: float, sums: BiasSums
 ) -> Triple:
@@ -136,7 +136,7 @@ def inform_with_delay(
     return part * g0, part * g1, math.sqrt(part)
 
 
-@loop
+@inner_loop
 def shift_with_delay(V: Floats, gain: Triple, U: Floats) -> None:
     """Set V −= D κ U and D ← ρ D of one state; ``gain`` is κ and ρ."""
     n = V.shape[1]
@@ -147,7 +147,7 @@ def shift_with_delay(V: Floats, gain: Triple, U: Floats) -> None:
         V[i, n - 1] = gain[2] * side
 
 
-@loop
+@inner_loop
 def correct_delay(k: int, gain: Triple, nu0: float, nu1: float, U: Floats, delay: Floats) -> None:
     """Set d̂ += √B κ ν, V_d −= √B κ U and √B ← ρ √B of aircraft k."""
     sigma = delay[k, DELAY_SIGMA]
@@ -157,7 +157,7 @@ def correct_delay(k: int, gain: Triple, nu0: float, nu1: float, U: Floats, delay
     delay[k, DELAY_SIGMA] = gain[2] * sigma
 
 
-@loop
+@inner_loop
 def drift_of_delay(k: int, delay: Floats, spread: Floats) -> float:
     """Return √B of aircraft k after a drift of the biases: B + V_d G Q_ς V_dᵀ."""
     n = spread.shape[0]
@@ -168,7 +168,7 @@ def drift_of_delay(k: int, delay: Floats, spread: Floats) -> float:
     return math.sqrt(total)
 
 
-@loop
+@inner_loop
 def drift_with_delay(
     k: int, sigma: float, delay: Floats, spread: Floats, P: Floats, V: Floats
 ) -> None:
@@ -197,7 +197,7 @@ def drift_with_delay(
             m += 1
 
 
-@loop
+@inner_loop
 def apply_drift_to_delay(
     k: int, sigma: float, complement: Floats, G: Floats, delay: Floats, scratch: Floats
 ) -> None:

@@ -72,7 +72,7 @@ from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.estimation.motion._kernels import move_aircraft
-from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.kernels import fetch_ahead, in_loop, inner_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -106,7 +106,7 @@ def step(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def process_rows(
     method: int,
     work: Work,

@@ -52,7 +52,7 @@ from multiradar.restoration.control_tracks._layout import (
     VELOCITY_DRIFT,
 )
 from multiradar.restoration.control_tracks._motion_kernels import fly_with_slopes
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, inner_loop
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ Floats = NDArray[np.float64]
 GOOD_MIN = 1e-3
 
 
-@loop
+@inner_loop
 def drop_plot(
     track: Floats, anchor_s: float, plots: Floats, row: int, kinds: Floats, rules: Floats,
     A: Floats, B: Floats,

@@ -47,12 +47,12 @@ from multiradar.restoration.control_tracks._layout import (
     TIME,
 )
 from multiradar.restoration.control_tracks._motion_kernels import fly_with_slopes
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, inner_loop
 
 Floats = NDArray[np.float64]
 
 
-@loop
+@inner_loop
 def assess(
     track: Floats,
     anchor_s: float,

@@ -19,7 +19,7 @@ from math import cos, exp, expm1, log1p, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, loop
 
 Floats = NDArray[np.float64]
 
@@ -101,7 +101,7 @@ def possible(w: float, v: float, t: float) -> float:
     return least if v + w * t < SPEED_MIN else w
 
 
-@loop
+@inner_loop
 def fly(
     east: float, north: float, v: float, heading: float, u: float, w: float, t: float
 ) -> tuple[float, float, float, float]:
@@ -121,7 +121,7 @@ def fly(
     )
 
 
-@loop
+@inner_loop
 def fly_with_slopes(
     v: float, heading: float, u: float, w: float, t: float
 ) -> tuple[

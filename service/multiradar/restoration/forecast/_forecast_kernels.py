@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar.restoration.control_tracks._functional_kernels import h_by_u
 from multiradar.restoration.control_tracks._motion_kernels import fly_with_slopes
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, inner_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -30,7 +30,7 @@ LATER = 4
 STEP_S, ENDING_RATE, TURN_SHARE, SPEED_CHANGE, DENSITY = range(5)
 
 
-@loop
+@inner_loop
 def continue_track(
     motion: Floats, C: Floats, d: float, d_variance: float, share: float, ahead_s: Floats,
     later: Floats, rules: Floats, F: Floats, P: Floats, R: Floats, weight: Floats, state: Floats,

@@ -63,7 +63,7 @@ from multiradar.tracking.association.track_grid import (
 )
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, ReportedIdentities, Roster, RowIdentities
-from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.kernels import fetch_ahead, in_loop, inner_loop, kernel
 from multiradar_compiled.lane_kernels import LANES, load_lanes, store_row
 
 Floats = NDArray[np.float64]
@@ -302,7 +302,7 @@ def find_candidates(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def search(
     first: int,
     last: int,

@@ -22,7 +22,7 @@ from multiradar.tracking.association._association_kernels import LOG_TWO_PI, ass
 from multiradar.tracking.association.track_grid import BiasScratch, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, ReportedIdentities, Roster, RowIdentities
-from multiradar_compiled.kernels import kernel, loop
+from multiradar_compiled.kernels import inner_loop, kernel
 
 Floats = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def assign_bearings(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def search(
     first: int,
     last: int,

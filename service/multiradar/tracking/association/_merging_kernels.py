@@ -13,7 +13,7 @@ from multiradar.tracking.association._grid_kernels import CELL_M, bucket_of
 from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -60,7 +60,7 @@ def find_merges(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def search_merges(
     time: float,
     longest: float,

@@ -40,7 +40,7 @@ from multiradar.tracking.encounters._approach_kernels import (
     CHORD_W,
     VARIANTS,
 )
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def find_bounds(chords: Floats, points: Floats, low: float, high: float, bounds:
     fill_bounds(chords, points, low, high, lines, bounds)
 
 
-@loop
+@inner_loop
 def fill_probabilities(
     chords: Floats, heights: Floats, points: Floats, distance: float, separation: float,
     lines: Floats, probabilities: Floats,
@@ -105,7 +105,7 @@ def fill_probabilities(
             probabilities[row, WITHIN_BOTH] = probability * level
 
 
-@loop
+@inner_loop
 def fill_bounds(
     chords: Floats, points: Floats, low: float, high: float, lines: Floats, bounds: Floats
 ) -> None:

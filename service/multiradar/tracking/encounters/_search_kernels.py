@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import NONE
 from multiradar.tracking.encounters._path_kernels import nearest_part
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -65,7 +65,7 @@ def find_pairs(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def search(
     t: Floats, means: Floats, points: Integers, distance: float, comparisons_max: int,
     pairs: Integers, counts: Integers, middles: Floats, cells: Integers, following: Integers,

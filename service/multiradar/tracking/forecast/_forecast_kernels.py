@@ -22,7 +22,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     prepare_scratch,
     store_modes,
 )
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel
 from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,7 @@ def forecast_modes(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def propagate_all(
     ahead: Floats, step: float, modes: Floats, probabilities: Floats, means: Floats,
     covariances: Floats, there_probabilities: Floats, there_means: Floats,

@@ -10,7 +10,7 @@ its rim. The integrand is entire and periodic, so that the trapezoid rule conver
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.kernels import in_loop, inner_loop, kernel
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def find_radii(
     search(weights, means, covariances, probability, out_radii)
 
 
-@loop
+@inner_loop
 def search(
     weights: Floats, means: Floats, covariances: Floats, probability: float, out_radii: Floats
 ) -> None:

@@ -104,7 +104,7 @@ from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.reported_motion import CLIMB
 from multiradar.estimation.motion._kernels import move_aircraft
-from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.kernels import fetch_ahead, in_loop, inner_loop, kernel
 from multiradar_compiled.lane_kernels import LANES, load_row
 
 Floats = NDArray[np.float64]
@@ -143,7 +143,7 @@ def imm_step(
     )  # fmt: skip
 
 
-@loop
+@inner_loop
 def process_rows(
     work: Work,
     rows: Rows,

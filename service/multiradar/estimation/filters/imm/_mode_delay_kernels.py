@@ -39,7 +39,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     load_modes,
 )
 from multiradar.estimation.filters.imm._slow_state_kernels import add_slow_spread
-from multiradar_compiled.kernels import loop
+from multiradar_compiled.kernels import inner_loop
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ CHANGE = 6
 DELAY_SCRATCH = 7
 
 
-@loop
+@inner_loop
 def add_delay_to_modes(
     k: int, count: int, kind: int, s: int, model: Model, delay: Floats, U: Floats,
     mine: ModeScratch,
@@ -70,7 +70,7 @@ def add_delay_to_modes(
     scratch[OWN + 1] = U[1, last]
 
 
-@loop
+@inner_loop
 def inform_of_modes(
     k: int, i00: float, i01: float, i11: float, nu0: float, nu1: float, delay: Floats,
     sums: BiasSums, scratch: Floats,
@@ -85,7 +85,7 @@ def inform_of_modes(
     scratch[CHANGE] = gain[0] * nu0 + gain[1] * nu1
 
 
-@loop
+@inner_loop
 def correct_modes_with_delay(
     k: int, count: int, updated: bool, aircraft: Aircraft, bias_row: Floats, sums: BiasSums,
     mine: ModeScratch, innovation: Floats,

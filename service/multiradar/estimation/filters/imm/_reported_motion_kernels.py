@@ -85,7 +85,7 @@ from multiradar.estimation.measurement.reported_motion import (
     TRACK_ANGLE,
 )
 from multiradar.geodesy._kernels import local_matrix, wrap_angle
-from multiradar_compiled.kernels import in_both, in_loop, loop
+from multiradar_compiled.kernels import in_both, in_loop, inner_loop
 from multiradar_compiled.lane_function_kernels import exponential
 from multiradar_compiled.lane_kernels import (
     Lanes,
@@ -142,7 +142,7 @@ def has_motion(motion: Floats, row: int) -> bool:
     )
 
 
-@loop
+@inner_loop
 def use_motion(
     k: int, row: int, time: float, motion: Floats, model: Model, aircraft: Aircraft,
     bias_row: Floats, sums: BiasSums, mine: ModeScratch,

@@ -42,7 +42,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
 )
 from multiradar.estimation.filters.two_stage._information_kernels import spread_of_biases
 from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift_to_state
-from multiradar_compiled.kernels import in_both, loop
+from multiradar_compiled.kernels import in_both, inner_loop
 from multiradar_compiled.lane_kernels import LANES, load_row
 
 Floats = NDArray[np.float64]
@@ -89,7 +89,7 @@ LAST_AT = 6
 LAST_LATERAL = 10
 
 
-@loop
+@inner_loop
 def initialise_slow_states(k: int, count: int, time: float, aircraft: Aircraft) -> None:
     """Set the slow states of aircraft k to their prior."""
     slow, B, D = aircraft.slow, aircraft.slow_covariance, aircraft.slow_sensitivity
@@ -117,7 +117,7 @@ def initialise_slow_states(k: int, count: int, time: float, aircraft: Aircraft) 
         aircraft.reported[k, i] = np.nan
 
 
-@loop
+@inner_loop
 def drift_slow_states(
     k: int, count: int, time: float, climb: float, aircraft: Aircraft, slow: SlowScratch
 ) -> None:
@@ -170,7 +170,7 @@ def drift_slow_states(
         B[k, c, c] += R[0, c]
 
 
-@loop
+@inner_loop
 def add_along(part: float, v0: float, v1: float, D: Floats) -> None:
     """Add a part of v vᵀ to the derivative of the velocity by the wind."""
     D[2, WIND] += part * v0 * v0
@@ -179,7 +179,7 @@ def add_along(part: float, v0: float, v1: float, D: Floats) -> None:
     D[3, WIND + 1] += part * v1 * v1
 
 
-@loop
+@inner_loop
 def invert(square: Floats) -> None:
     """Invert the first `SLOW_COUNT` rows, a positive definite matrix, in place (Gauss-Jordan)."""
     for p in range(SLOW_COUNT):
@@ -195,7 +195,7 @@ def invert(square: Floats) -> None:
                     square[r, c] -= factor * square[p, c]
 
 
-@loop
+@inner_loop
 def slow_spread(
     k: int, count: int, scratch: Floats, aircraft: Aircraft, slow: SlowScratch
 ) -> Triple:
@@ -216,7 +216,7 @@ def slow_spread(
     return spread_of_biases(slow.U, aircraft.slow_covariance[k], slow.R)
 
 
-@loop
+@inner_loop
 def correct_slow_states(
     k: int, count: int, r: tuple[float, float], S: Triple, scratch: Floats, aircraft: Aircraft,
     slow: SlowScratch,
@@ -269,7 +269,7 @@ def with_shift(x: State, shift: Floats) -> State:
     )
 
 
-@loop
+@inner_loop
 def add_slow_spread(k: int, count: int, scratch: Floats, aircraft: Aircraft) -> None:
     """Add Σ μ D B Dᵀ to the covariance of aircraft k, the mixture of its modes."""
     for j in range(count):
@@ -279,7 +279,7 @@ def add_slow_spread(k: int, count: int, scratch: Floats, aircraft: Aircraft) -> 
         )  # fmt: skip
 
 
-@loop
+@inner_loop
 def absorb_slow_states(k: int, count: int, aircraft: Aircraft) -> None:
     """Discard the slow states of aircraft k: their uncertainty becomes one of the modes."""
     if aircraft.slow.shape[1] == 0 or np.isnan(aircraft.slow[k, 0]):
@@ -292,7 +292,7 @@ def absorb_slow_states(k: int, count: int, aircraft: Aircraft) -> None:
     aircraft.slow[k, 0] = np.nan
 
 
-@loop
+@inner_loop
 def add_spread(share: float, D: Floats, B: Floats, upper: Floats) -> None:
     """Add a share of D B Dᵀ to a covariance, an upper triangle."""
     m = 0
