@@ -17,12 +17,12 @@ APART_MIN_S, APART_MAX_S, CLIMBING_MPS = 30.0, 60.0, 1.5
 FAST_MPS, IMPOSSIBLE_MPS = 9.0, 14.0
 #: Rate of which no aircraft is capable, m/s, even if its heights are in feet; time between
 #: successive heights, s; fraction that jumps by more where heights are those of other aircraft. Of
-#: right heights, 0 to 2.5 % do (garbled codes).
-JUMP_MPS, JUMP_MIN_S, JUMP_MAX_S, JUMPING_MIN = 150.0, 1.0, 15.0, 0.03
+#: right heights, 0 to 3.5 % do (garbled codes).
+JUMP_MPS, JUMP_MIN_S, JUMP_MAX_S, JUMPING_MIN = 150.0, 1.0, 15.0, 0.05
 #: Fraction from which on those that do not jump show nothing.
 JUMPING_MANY = 0.2
-#: Fewer climbing aircraft show nothing.
-CLIMBING_MIN = 3
+#: Fewer climbing aircraft show nothing. One that climbs less of the time has garbled heights.
+CLIMBING_MIN, CLIMBING_SHARE_MIN = 3, 0.15
 #: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
 STEP_FT, STEPPED_MIN, STEP_WITHIN = 25.0, 0.9, 0.02
 
@@ -48,6 +48,9 @@ def check_vertical_rates(
     first, last = pairs_apart(time_s, aircraft, APART_MIN_S, APART_MAX_S)
     rate_mps = np.abs(height_m[last] - height_m[first]) / (time_s[last] - time_s[first])
     climbing = rate_mps > CLIMBING_MPS
+    _, place = np.unique(aircraft[first], return_inverse=True)
+    share = np.bincount(place, climbing) / np.bincount(place)
+    climbing &= share[place] >= CLIMBING_SHARE_MIN
     if np.count_nonzero(climbing) < TESTED_MIN:
         return None
     if len(np.unique(aircraft[first[climbing]])) < CLIMBING_MIN:

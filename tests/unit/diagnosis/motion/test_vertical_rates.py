@@ -60,6 +60,18 @@ def test_garbled_heights_hide_no_unit(factor: float) -> None:
     assert (found.code if found else "") == ("" if factor == 1.0 else "height_unit")
 
 
+@pytest.mark.parametrize("garbled", [0.01, 0.02, 0.05])
+def test_garbled_heights_of_level_flights_show_nothing(garbled: float) -> None:
+    rng = np.random.default_rng(3)
+    number = np.repeat(np.arange(20), 180)
+    height_m = np.round((3000.0 + 300.0 * number) / (100.0 * FOOT_M)) * 100.0 * FOOT_M
+    wrong = rng.random(len(number)) < garbled
+    # Far enough to be climbs, too near to be jumps.
+    height_m[wrong] += rng.uniform(-700.0, 700.0, np.count_nonzero(wrong))
+    time_s = np.tile(np.arange(0.0, 900.0, 5.0), 20)
+    assert check_vertical_rates("1-10", time_s, height_m, number) is None
+
+
 @pytest.mark.parametrize("shift", [1, 3])
 def test_heights_of_other_rows_are_not_taken_for_feet(shift: int) -> None:
     """Level flights at different heights, whose plots are not always in the same order."""
