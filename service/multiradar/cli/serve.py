@@ -181,12 +181,10 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     from multiradar.clock import SystemClock
     from multiradar.observability.logs import configure_logs
     from multiradar.runtime.heap import release_heap
-    from multiradar.storage.snapshots import SnapshotFolder
 
     configure_logs(settings.log.level, settings.log.form, SystemClock())
     sensors = read_sensors(settings.sensors)
     _check_start(settings)
-    SnapshotFolder(settings.journal.path).read_ahead()
     # It takes seconds to import, many on a loaded machine.
     from multiradar.app import Application
 
@@ -225,10 +223,19 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
 def _check_start(settings: "Settings") -> None:
     from multiradar.access.authentication import Authentication, with_default_file
     from multiradar.access.exposure import check_exposed
+    from multiradar.storage.snapshots import SnapshotFolder
     from multiradar.storage.sqlite.opening import make_folder
 
     check_exposed(settings, Authentication(with_default_file(settings.access)).required)
-    make_folder(settings.journal.path)
+    journal = settings.journal.path
+    make_folder(journal)
+    snapshots = SnapshotFolder(journal)
+    if snapshots.files() and not journal.exists():
+        raise JournalError(
+            f"{journal}: missing, but there are snapshots of it; restore it from a backup, or "
+            f"remove {snapshots.path} to start without its tracks and biases"
+        )
+    snapshots.read_ahead()
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

@@ -166,8 +166,8 @@ def bounded(rows: Iterable[RejectedRow]) -> tuple[RejectedRow, ...]:
     left = RAWS_BYTES_MAX
     found = []
     for row in rows:
-        # No character has more than four octets.
-        left -= 4 * len(row.raw)
+        # Otherwise no character has more than four octets.
+        left -= len(row.raw) if row.raw.isascii() else 4 * len(row.raw)
         if left < 0:
             # The length and the hash are those of what was sent.
             note = _NOTE.search(row.raw)

@@ -187,7 +187,10 @@ class SnapshotFolder:
             if (header["first"], header["end"]) != (file.first, file.end):
                 raise SnapshotError(f"{file.name}: expected rows {file.first} to {file.end}")
             parts.append(rows)
-        return joined_rows(parts)
+        try:
+            return joined_rows(parts)
+        except ValueError as error:
+            raise SnapshotError(f"{files[0].name} and those after it: {error}") from error
 
     # ---------------------------------------------------------------- inside
 
@@ -229,9 +232,39 @@ class SnapshotFolder:
 
 
 def joined_rows(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return rows one after the other; parts without any may be of another type."""
+    """Return rows one after the other.
+
+    Parts without any may be of another type. The columns of a sensor that was added, at the end of
+    a field, are zero in the rows before.
+
+    Raises
+    ------
+    ValueError
+        If the types differ in something else.
+    """
     given = [one for one in parts if len(one)] or parts[:1]
-    return given[0] if len(given) == 1 else np.concatenate(given)
+    if len(given) == 1:
+        return given[0]
+    if any(one.dtype != given[0].dtype for one in given):
+        given = _widened(given)
+    return np.concatenate(given)
+
+
+def _widened(parts: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    described = [[(*one, ())[:3] for one in part.dtype.descr] for part in parts]
+    if len({tuple((name, kind, len(shape)) for name, kind, shape in one) for one in described}) > 1:
+        raise ValueError("the rows are of different types")
+    wide = [
+        (fields[0][0], fields[0][1], tuple(map(max, *(shape for _, _, shape in fields))))
+        for fields in zip(*described, strict=True)
+    ]
+    found = []
+    for part, own in zip(parts, described, strict=True):
+        rows = np.zeros(len(part), wide)
+        for name, _, shape in own:
+            rows[name][(slice(None), *map(slice, shape))] = part[name]
+        found.append(rows)
+    return found
 
 
 def _names(snapshot: Snapshot) -> frozenset[str]:

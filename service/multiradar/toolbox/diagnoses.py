@@ -72,14 +72,25 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
 
 # What `track` cannot repeat.
 def _of_journal(report: Mapping[str, Any]) -> list[str]:
-    changes = report["figures"]["sensor_changes"]
+    from multiradar.storage.entries import RAWS_BYTES_MAX
+
+    lost, changes = report["figures"]["not_recovered"], report["figures"]["sensor_changes"]
+    found = []
+    if lost:
+        found.append(
+            f"{lost} rejected rows with the codes to recover were not recovered: their content is "
+            "not a measurement, or was not kept because the rejected rows of their message were "
+            f"longer than {RAWS_BYTES_MAX >> 20} MiB; rejects.ndjson lists them, and smaller "
+            "messages keep all"
+        )
     if not changes:
-        return []
+        return found
     named = ", ".join(f"{one['sensor_id']} in entry {one['entry']}" for one in changes[:5])
     more = f" and {len(changes) - 5} more" if len(changes) > 5 else ""
     return [
+        *found,
         f"sensors were changed while the service was running: {named}{more}; `track` uses one "
-        "description of each sensor for all measurements"
+        "description of each sensor for all measurements",
     ]
 
 

@@ -47,9 +47,22 @@ def test_of_many_contents_the_first_are_kept() -> None:
     kept = bounded(rows)
     assert [row.index for row in kept] == list(range(2000))
     whole = [row for row, before in zip(kept, rows, strict=True) if row == before]
-    assert whole == rows[: RAWS_BYTES_MAX // 8000]
+    assert whole == rows[: RAWS_BYTES_MAX // 2000]
     assert kept[-1].raw.startswith("… [2000 octets, sha256 ")
     assert len("".join(row.raw for row in kept)) < 2 * RAWS_BYTES_MAX
+
+
+def test_a_thousand_measurements_are_kept() -> None:
+    # The default length of a message of `replay`: late ones are reprocessed later.
+    raw = '{"time_s": 1700000000.125, "sensor_id": "north"}'.ljust(400)
+    rows = tuple(RejectedRow(index, "TIME_LATE", "", raw) for index in range(1000))
+    assert bounded(rows) == rows
+
+
+def test_other_characters_count_four_octets() -> None:
+    rows = [RejectedRow(index, "TIME_LATE", "", "ä" * 1000) for index in range(300)]
+    whole = [row for row, before in zip(bounded(rows), rows, strict=True) if row == before]
+    assert len(whole) == RAWS_BYTES_MAX // 4000
 
 
 def test_the_hash_beyond_the_limit_is_that_of_what_was_sent() -> None:

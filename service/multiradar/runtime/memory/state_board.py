@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import StateError
+from multiradar.storage.snapshots import joined_rows
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.outputs import StateSample, TrackStates
 
@@ -62,7 +63,7 @@ class StateBoard:
         ]
         if sum(map(len, parts)) != end - first:
             raise StateError(f"state {first} of {self._appended} is no longer retained")
-        return np.concatenate(parts) if parts else np.empty(0, [(_SAMPLE, np.float64)])
+        return joined_rows(parts) if parts else np.empty(0, [(_SAMPLE, np.float64)])
 
     def refill(self, first: int, rows: NDArray[np.void]) -> None:
         """Replace the content; see `RowLog.refill`."""
@@ -172,9 +173,16 @@ def _joined(parts: Sequence[TrackStates]) -> TrackStates:
         np.concatenate([part.covariance for part in parts]),
         np.concatenate([part.height_m for part in parts]),
         _joined_modes(modes) if modes else None,
-        np.concatenate(shared) if shared else None,
+        _joined_columns(shared) if shared else None,
         np.concatenate(climbs) if climbs else None,
     )
+
+
+# The columns of a sensor that was added are zero in the states before.
+def _joined_columns(parts: Sequence[_Array]) -> _Array:
+    most = max(part.shape[2] for part in parts)
+    wide = [np.pad(part, ((0, 0), (0, 0), (0, most - part.shape[2]))) for part in parts]
+    return np.concatenate(wide)
 
 
 def _joined_modes(parts: Sequence[ModeStates]) -> ModeStates:

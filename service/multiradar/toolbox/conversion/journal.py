@@ -111,6 +111,7 @@ class _Found:
     accepted: int = 0
     recovered: Counter[RejectCode] = field(default_factory=Counter)
     rejected: Counter[RejectCode] = field(default_factory=Counter)
+    lost: int = 0
     outside: int = 0
     flushes: int = 0
     sensor_changes: list[dict[str, Any]] = field(default_factory=list)
@@ -169,6 +170,8 @@ class _Found:
     def _reject(self, row: RejectedRow, stored: StoredEntry, rejects: IO[str]) -> None:
         code = RejectCode(row.code)
         self.rejected[code] += 1
+        # Without its content, or with content that is not a measurement.
+        self.lost += code in self.recovered_codes
         line = Reject(
             file=self.name, offset=row.index, code=code, raw=row.raw,
             reason=f"entry {stored.sequence} from {stored.entry.source}: {row.reason}",
@@ -210,6 +213,7 @@ class _Found:
                 "first_s": self.first_s,
                 "last_s": self.last_s,
                 "recovered_by_code": dict(sorted(self.recovered.items())),
+                "not_recovered": self.lost,
                 "outside": self.outside,
                 "flushes": self.flushes,
                 "sensor_changes": self.sensor_changes,

@@ -1,0 +1,18 @@
+"""A journal that is gone is not started anew while its snapshots are there."""
+
+from pathlib import Path
+
+from support.processes.served import SENSORS
+from support.scenarios.recorded_scene import command
+
+
+def test_snapshots_without_their_journal_stop_the_start(tmp_path: Path) -> None:
+    sensors, state = tmp_path / "sensors.toml", tmp_path / "state"
+    sensors.write_text(SENSORS)
+    snapshots = state / "journal.sqlite-snapshots"
+    snapshots.mkdir(parents=True)
+    (snapshots / "000000000012.snapshot").write_bytes(b"of an earlier start")
+    done = command("serve", "--port", 0, "--no-zenoh", "--state", state, "--sensors", sensors)
+    assert done.returncode == 1
+    assert f"{state}/journal.sqlite: missing, but there are snapshots of it" in done.stderr
+    assert f"remove {snapshots} to start without its tracks" in done.stderr
