@@ -227,6 +227,14 @@ def migrate(
             show_default="sensors.toml",
         ),
     ] = None,
+    override_changes: Annotated[
+        bool,
+        typer.Option(
+            "--override-changes",
+            help="Use the sensor configuration instead of the changes made with PUT, for the "
+            "sensors it contains.",
+        ),
+    ] = False,
     filter_name: FilterOption = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
@@ -245,10 +253,17 @@ def migrate(
         overrides["tracking"] = {"filter_name": filter_name.value}
     settings = load_settings(config, overrides)
     with counting_bar("migrating entries") as show:
-        found = carry(source, state, settings, _replayed, on_progress=show)
+        found = carry(source, state, settings, _replayed, show, override_changes=override_changes)
     lost = ", ".join(f"{code} {count:,}" for code, count in sorted(found.rejected_now.items()))
     lost = f" (now rejected: {lost})" if lost else ""
     begin = f" from entry {found.first:,} on" if found.first > 1 else ""
+    changed = ", ".join(sorted(found.changed_sensors))
+    if changed and not override_changes:
+        typer.echo(
+            f"multiradar: changes of {changed} that were made with PUT are reapplied and override "
+            "the sensors file; --override-changes uses the sensors file instead",
+            err=True,
+        )
     _print(
         json_wanted, asdict(found),
         f"{state}: {_entries(found.entries)}{begin}, {found.accepted:,} of "

@@ -189,5 +189,16 @@ def _described(sensors: SensorsInForce, row: int) -> dict[str, Any]:
     return sensors.file.sensor[row].model_dump(mode="json")
 
 
+def changed_sensor(change: bytes) -> str:
+    """Return the sensor of a change of the journal."""
+    return str(json.loads(change)[_SENSOR]["id"])
+
+
+def change_to(sensor: Sensor) -> bytes:
+    """Return the change after which a sensor is as described."""
+    values = sensor.model_dump(mode="json", exclude_unset=True)
+    return _encoded({_SENSOR: values, _RESET: False})
+
+
 def _encoded(document: Mapping[str, Any]) -> bytes:
     return json.dumps(document, sort_keys=True, ensure_ascii=False, allow_nan=False).encode()

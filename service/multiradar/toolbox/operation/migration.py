@@ -1,6 +1,6 @@
 """Migration: the entries of a journal in a new one, for other sensors, settings or rules."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from multiradar.errors import InputError
+from multiradar.errors import ConfigurationError, InputError
 from multiradar.storage.entries import Entry, EntryKind
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from multiradar.runtime.live.intake import Submission
     from multiradar.settings.service import Settings
     from multiradar.storage.verification import Progress
-    from multiradar_schemas.sensors.sensor import SensorsFile
+    from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 #: Entries in one transaction.
 _APPENDED = 256
@@ -36,6 +36,9 @@ class Migration:
         Measurements that were accepted then, and that are now.
     rejected_now : dict of str to int
         Measurements that were accepted then and are rejected now, by code.
+    changed_sensors : dict of str to int
+        Changes of sensors that were made while the service ran, by sensor. They apply after the
+        sensors that are given, unless `override_changes`.
     figures : dict
         What the new service made of them.
     """
@@ -45,6 +48,7 @@ class Migration:
     accepted_before: int = 0
     accepted: int = 0
     rejected_now: dict[str, int] = field(default_factory=dict)
+    changed_sensors: dict[str, int] = field(default_factory=dict)
     figures: dict[str, Any] = field(default_factory=dict)
 
     def count(self, before: Entry, now: Entry) -> None:
@@ -52,6 +56,11 @@ class Migration:
         self.entries += 1
         self.accepted_before += before.accepted
         self.accepted += now.accepted
+        if before.kind is EntryKind.SENSOR:
+            from multiradar.runtime.admission.sensors_in_force import changed_sensor
+
+            sensor_id = changed_sensor(before.payload)
+            self.changed_sensors[sensor_id] = self.changed_sensors.get(sensor_id, 0) + 1
         if now.accepted < before.accepted:
             known = {row.index for row in before.rejects}
             for row in now.rejects:
@@ -62,7 +71,7 @@ class Migration:
 def migrate(
     source: Path, out: Path, settings: "Settings",
     run: "Callable[[Settings, SensorTable, SensorsFile], dict[str, Any]]",
-    on_progress: "Progress" = lambda _done, _total: None,
+    on_progress: "Progress" = lambda _done, _total: None, *, override_changes: bool = False,
 ) -> Migration:  # fmt: skip
     """Write the entries of a state or an archive into a new state.
 
@@ -84,6 +93,8 @@ def migrate(
         snapshot, and returns `figures`.
     on_progress : callable
         Called with the number of entries done, and that of all.
+    override_changes : bool
+        Whether the sensors that are given override changes of them in the journal.
 
     Returns
     -------
@@ -120,8 +131,9 @@ def migrate(
             with entries_of(source) as (first, last, entries):
                 done.first = first
                 waiting: list[Entry] = []
+                given = {one.id: one for one in described.sensor} if override_changes else {}
                 for stored in entries:
-                    entry, sensors = _admitted(stored.entry, sensors, admission)
+                    entry, sensors = _admitted(stored.entry, sensors, admission, given)
                     done.count(stored.entry, entry)
                     waiting.append(entry)
                     if len(waiting) == _APPENDED or stored.sequence == last:
@@ -138,13 +150,24 @@ def migrate(
 
 
 def _admitted(
-    entry: Entry, sensors: "SensorsInForce", admission: "Admission"
+    entry: Entry, sensors: "SensorsInForce", admission: "Admission", given: "Mapping[str, Sensor]"
 ) -> "tuple[Entry, SensorsInForce]":
+    from multiradar.runtime.admission.sensors_in_force import change_to, changed_sensor
     from multiradar.runtime.live.preparation import prepare
 
     submission = _submission(entry)
     if submission.kind is EntryKind.SENSOR:
-        sensors, _ = sensors.changed(submission.change)
+        sensor_id = changed_sensor(entry.payload)
+        if sensor_id in given:
+            # The entry stays, so that all have their numbers, and changes nothing.
+            submission = replace(submission, change=change_to(given[sensor_id]))
+        try:
+            sensors, _ = sensors.changed(submission.change)
+        except ConfigurationError as error:
+            raise ConfigurationError(
+                f"a change of {sensor_id} in the journal does not apply to the sensors file; use "
+                f"--override-changes to migrate with the sensors file alone ({error})"
+            ) from error
         admission.use(sensors.table)
     prepared = prepare([submission], sensors.table, admission)[0]
     if isinstance(prepared, Exception):

@@ -5,9 +5,11 @@ import signal
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
 from support.processes.served import SENSORS
+from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.recorded_scene import command, serving, write_scene
 
 ROWS = 1500
@@ -57,6 +59,50 @@ def test_a_state_continues_with_another_filter(folder: Path, tmp_path: Path) -> 
         status = served.status()
     for name in ("output_sha256", "accepted", "journal_sequence", "tracks"):
         assert status[name] == expected[name]
+
+
+def test_the_sensors_file_overrides_changes_on_request(tmp_path: Path) -> None:
+    measurements, sensors = write_scene(tmp_path, ROWS)
+    state, moved = tmp_path / "state", {"latitude_deg": 50.3, "range_sigma_m": 90.0}
+    with serving("--sensors", sensors, "--state", state, *COMMON) as served:
+        path = f"{served.http}/v1/sensors/41-10"
+        known = httpx.get(f"{path}/configuration", timeout=WAIT_TIMEOUT_S).json()
+        changed = httpx.put(path, json=known | moved, timeout=WAIT_TIMEOUT_S)
+        assert changed.status_code == 200, changed.text
+        assert _replay(measurements, served.http).returncode == 0
+        served.status()
+    done = command("migrate", state, tmp_path / "same", "--sensors", sensors, "--json")
+    assert "changes of 41-10 that were made with PUT are reapplied" in done.stderr
+    same = json.loads(done.stdout)
+    found = _migrated(state, tmp_path / "new", "--sensors", sensors, "--override-changes")
+    assert same["changed_sensors"] == found["changed_sensors"] == {"41-10": 1}
+    assert same["entries"] == found["entries"]
+    # As if nobody had moved it.
+    with serving("--sensors", sensors, "--state", tmp_path / "direct", *COMMON) as served:
+        assert _replay(measurements, served.http).returncode == 0
+        expected = served.status()["output_sha256"]
+    assert found["figures"]["output_sha256"] == expected != same["figures"]["output_sha256"]
+
+
+def test_a_change_that_does_not_apply_names_the_option(tmp_path: Path) -> None:
+    measurements, sensors = write_scene(tmp_path, 200)
+    state, other = tmp_path / "state", tmp_path / "other.toml"
+    with serving("--sensors", sensors, "--state", state, *COMMON) as served:
+        path = f"{served.http}/v1/sensors/41-10"
+        known = httpx.get(f"{path}/configuration", timeout=WAIT_TIMEOUT_S).json()
+        changed = httpx.put(path, json=known | {"range_sigma_m": 90.0}, timeout=WAIT_TIMEOUT_S)
+        assert changed.status_code == 200, changed.text
+        assert _replay(measurements, served.http).returncode == 0
+        served.status()
+    text = sensors.read_text()
+    gain = 'kind = "radar"\nbias.range_gain.estimate = true\n'
+    other.write_text(text.replace('kind = "radar"\n', gain, 1))
+    done = command("migrate", state, tmp_path / "new", "--sensors", other)
+    assert done.returncode == 1
+    assert "a change of 41-10 in the journal does not apply to the sensors file" in done.stderr
+    assert "--override-changes" in done.stderr
+    found = _migrated(state, tmp_path / "new", "--sensors", other, "--override-changes")
+    assert found["accepted"] == 200
 
 
 def test_what_is_rejected_by_the_new_sensors_is_reported(folder: Path, tmp_path: Path) -> None:
