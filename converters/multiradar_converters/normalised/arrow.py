@@ -194,8 +194,8 @@ def _wrong_type(column: pl.Series, expected: str) -> BodyError:
 
 
 def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
-    texts = [name for name in _TEXTS if frame[name].null_count() < len(frame)]
-    total = sum(frame.select(pl.col(texts).str.len_bytes().cast(pl.Int64).sum()).row(0))
+    texts = [frame[name] for name in _TEXTS if frame[name].null_count() < len(frame)]
+    total = sum(text.str.len_bytes().cast(pl.Int64).sum() for text in texts)
     most = TEXT_EXPANSION_MAX * body_bytes
     if total > most:
         reason = f"expected at most {most} bytes of text in all rows, found {total}"

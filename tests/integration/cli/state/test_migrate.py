@@ -77,7 +77,7 @@ def test_the_sensors_file_overrides_changes_on_request(tmp_path: Path) -> None:
     found = _migrated(state, tmp_path / "new", "--sensors", sensors, "--override-changes")
     assert same["changed_sensors"] == found["changed_sensors"] == {"41-10": 1}
     assert same["entries"] == found["entries"]
-    # As if nobody had moved it.
+    # Like a service in which it was not moved.
     with serving("--sensors", sensors, "--state", tmp_path / "direct", *COMMON) as served:
         assert _replay(measurements, served.http).returncode == 0
         expected = served.status()["output_sha256"]

@@ -1,4 +1,4 @@
-"""A journal that is gone is not started anew while its snapshots are there."""
+"""A start without the journal stops while there are snapshots of it."""
 
 from pathlib import Path
 

@@ -209,6 +209,18 @@ def test_a_body_that_cannot_be_used_is_rejected_whole(body: bytes, code: str, na
     assert named in str(rejection.value)
 
 
+@pytest.mark.parametrize("rows", [0, 1, 2])
+def test_a_message_without_any_text_has_its_rows_rejected(rows: int) -> None:
+    texts = [
+        pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+        if kind == pl.String()
+    ]
+    parsed = parse_arrow(stream(FRAME.head(rows).with_columns(texts)))
+    assert len(parsed.frame) == 0
+    assert [row.code for row in parsed.rejected] == [RejectCode.MISSING_FIELD] * rows
+
+
 def test_the_limit_of_rows_holds_at_the_limit_and_one_above() -> None:
     assert len(parse_arrow(stream(FRAME), rows_max=2).frame) == 2
     with pytest.raises(BodyError) as rejection:
