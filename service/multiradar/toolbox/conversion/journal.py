@@ -1,6 +1,5 @@
 """Measurements of a journal or an archive, as the service received them."""
 
-import json
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -122,16 +121,15 @@ class _Found:
         """Return the measurements of an entry, and write its rejected rows."""
         import polars as pl
 
+        from multiradar.runtime.admission.sensors_in_force import changed_sensor
         from multiradar.runtime.live.payload import decode_rows
         from multiradar_schemas.measurements.columns import complete
 
         entry = stored.entry
         frames = []
         if entry.kind is EntryKind.SENSOR:
-            change = json.loads(entry.payload)
-            self.sensor_changes.append(
-                {"entry": stored.sequence, "sensor_id": change["sensor"]["id"]}
-            )
+            sensor_id = changed_sensor(entry.payload)
+            self.sensor_changes.append({"entry": stored.sequence, "sensor_id": sensor_id})
         elif entry.kind is EntryKind.FLUSH:
             self.flushes += 1
         elif entry.kind is EntryKind.BATCH and entry.payload:
