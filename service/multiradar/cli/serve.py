@@ -229,13 +229,7 @@ def _check_start(settings: "Settings") -> None:
     check_exposed(settings, Authentication(with_default_file(settings.access)).required)
     journal = settings.journal.path
     make_folder(journal)
-    snapshots = SnapshotFolder(journal)
-    if snapshots.files() and not journal.exists():
-        raise JournalError(
-            f"{journal}: missing, but there are snapshots of it; restore it from a backup, or "
-            f"remove {snapshots.path} to start without its tracks and biases"
-        )
-    snapshots.read_ahead()
+    SnapshotFolder(journal).read_ahead()
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

@@ -87,7 +87,8 @@ def test_a_process_whose_journal_is_removed_ends(tmp_path: Path) -> None:
     again = run_command("serve", *options)
     assert again.returncode == 1
     assert (
-        "journal.sqlite: missing or empty, although the other journal files exist" in again.stderr
+        "journal.sqlite: missing or empty, although other files of this journal exist"
+        in again.stderr
     )
 
 

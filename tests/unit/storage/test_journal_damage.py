@@ -230,7 +230,7 @@ def test_copies_that_are_incomplete_say_what_is_missing(killed: Path, tmp_path: 
     gone = _copy(killed, tmp_path / "gone")
     (gone / "journal.db").unlink()
     with pytest.raises(
-        JournalError, match="missing or empty, although the other journal files exist"
+        JournalError, match="missing or empty, although other files of this journal exist"
     ):
         _open(gone)
 
@@ -314,7 +314,7 @@ def test_a_second_service_does_not_replace_a_removed_journal(tmp_path: Path) -> 
     first.append([entry(1)])
     (tmp_path / "journal.db").unlink()
     with pytest.raises(
-        JournalError, match="missing or empty, although the other journal files exist"
+        JournalError, match="missing or empty, although other files of this journal exist"
     ):
         _open(tmp_path)
     first.close()

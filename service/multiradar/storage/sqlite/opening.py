@@ -13,6 +13,7 @@ from contextlib import closing
 from pathlib import Path
 
 from multiradar.errors import ConfigurationError, JournalError
+from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.journal_rows import JournalRows, fingerprint_of
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
@@ -76,10 +77,8 @@ class Verification:
         """
         check_file_type(self._path)
         tip = Tip.read(self._tip_path)
-        empty = not file_size(self._path)
-        if empty and (file_size(self._log_path) or (tip and tip.sequence)):
-            raise self._incomplete("missing or empty, although the other journal files exist")
-        if empty:
+        if not file_size(self._path):
+            self._check_new(tip)
             return None
         damage = None if tip and tip.accepts_any else log_damage(self._log_path)
         if damage is not None:
@@ -88,6 +87,20 @@ class Verification:
         mode = "rw" if beside(self._path, "-journal").exists() else "ro"
         with closing(open_database(self._path, mode)) as connection:
             return self._tip_in(connection, tip)
+
+    # Nothing was acknowledged before.
+    def _check_new(self, tip: Tip | None) -> None:
+        snapshots = SnapshotFolder(self._path)
+        found = [self._log_path] if file_size(self._log_path) else []
+        found += [self._tip_path] if tip and tip.sequence else []
+        found += [snapshots.path] if snapshots.files() else []
+        if found:
+            names = ", ".join(one.name for one in found)
+            raise JournalError(
+                f"{self._path}: missing or empty, although other files of this journal exist "
+                f"({names}); restore all files {self._path.name}* from the same copy, or remove "
+                "these to start without the earlier data"
+            )
 
     def _tip_in(self, connection: sqlite3.Connection, tip: Tip | None) -> Tip | None:
         tables = _has_tables(connection)
