@@ -94,7 +94,8 @@ def _datagrams(fault: Callable[[random.Random, bytes], list[bytes]]) -> Callable
 
 def _flipped(drawn: random.Random, octets: bytes) -> list[bytes]:
     damaged = bytearray(octets)
-    for _ in range(drawn.randint(1, 4)):
+    # Another fault may have cut all of it.
+    for _ in range(drawn.randint(1, 4) if damaged else 0):
         damaged[drawn.randrange(len(damaged))] ^= 1 << drawn.randrange(8)
     return [bytes(damaged)]
 

@@ -139,16 +139,20 @@ class World:
 
     def read_slowly(self, period_s: float) -> None:
         """Read the stream of events so often, and resume it after each restart."""
-        after = 0
+        after = migrations = 0
         reader: Subscription | None = None
 
         def read() -> None:
-            nonlocal after, reader
+            nonlocal after, migrations, reader
             running = self.machine.running()
             process = next((one for one in running if reader in one.readers), None)
             if process is None and running:
                 process = self._some(running)
                 reader = process.subscribe(after, READER_EVENTS_MAX)
+                if self.record.migrations > migrations:
+                    # The new journal may have fewer events.
+                    migrations = self.record.migrations
+                    after = self._known_after(process, after)
             if process is not None and reader is not None:
                 events = process.events(reader, READER_EVENTS_MAX)
                 self.record.read(events, after)
@@ -162,9 +166,8 @@ class World:
         process = self.machine.process
         if process is not None and not process.down:
             reader = process.subscribe(after, READER_EVENTS_MAX)
-            head = process.service.view.status()["event_sequence"]
             events = process.events(reader, READER_EVENTS_MAX)
-            self.record.read(events, after if after <= head else 0)
+            self.record.read(events, self._known_after(process, after))
             reader.close()
 
     def ask(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
@@ -266,6 +269,10 @@ class World:
         """Have all clients send again."""
         for sender in self.senders.values():
             self._next(sender)
+
+    # The event after which a reader gets those of a service: all, if it has none of that number.
+    def _known_after(self, process: Process, after: int) -> int:
+        return after if after <= process.service.view.status()["event_sequence"] else 0
 
     def _some(self, running: list[Process]) -> Process:
         return running[0] if len(running) == 1 else self.random.choice(running)
