@@ -309,6 +309,21 @@ def test_removing_files_does_not_admit_a_second_service(tmp_path: Path) -> None:
     first.close()
 
 
+def test_a_log_that_cannot_be_synced_is_named(
+    killed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = _copy(killed, tmp_path / "copy")
+
+    def failing(_: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    with monkeypatch.context() as patched, pytest.raises(JournalError) as raised:
+        patched.setattr(os, "fsync", failing)
+        _open(folder)
+    assert str(raised.value) == f"{folder}/journal.db-wal: Input/output error"
+    _open(folder).close()
+
+
 def test_a_second_service_does_not_replace_a_removed_journal(tmp_path: Path) -> None:
     first = _open(tmp_path)
     first.append([entry(1)])

@@ -32,6 +32,7 @@ from multiradar.storage.sqlite.opening import Verification, beside, make_folder
 from multiradar.storage.sqlite.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_pages,
+    file_errors,
     file_size,
     journal_errors,
     open_database,
@@ -321,7 +322,8 @@ class SqliteJournal:
                 tip = Tip(0, self._rows.origin)
             elif self._log_path.exists():
                 # After a kill it may have entries that were never synced.
-                sync(self._log_path)
+                with file_errors(self._log_path):
+                    sync(self._log_path)
             self._tip = TipFile(self._tip_path, tip)
             opened.callback(self._tip.close)
             self._writer = opened.enter_context(closing(open_database(self._path, "rwc")))
