@@ -44,6 +44,7 @@ _ALARMS = {
     "host_clock": "1 if the clocks of all sensors disagree with the system clock",
     "disk_filling": "1 if the journal disk is at least 80 % full (disk_filling_share)",
     "disk_nearly_full": "1 if the journal disk is at least 90 % full (disk_nearly_full_share)",
+    "snapshots_failing": "1 if the last snapshot could not be written",
     "history_stopped": "1 if the history is no longer being written to disk",
     "history_incomplete": "1 if history rows have been lost since the service started",
     "region_silent": "1 if a neighbouring region sends no messages",

@@ -385,15 +385,15 @@ class Service:
         self.publication.follow()
         self._journal = self._journal or self._open_journal()
         self._followed = self._accounting.resume(self._journal.counts()).entries
+        self._watch.snapshots = open_snapshots(
+            self._snapshot_rules, self._limits, self.publication.repeating, self._clock,
+            self._threads,
+        )  # fmt: skip
         self._processor = Processor(
             journal=self._journal, backlog=self._backlog, open_engine=self._open_engine,
             sensors=self._sensors, publication=self.publication,
             rows_max=self._limits.push_rows_max, clock=self._clock, on_failure=self._on_failure,
-            snapshots=open_snapshots(
-                self._snapshot_rules, self._limits, self.publication.repeating, self._clock,
-                self._threads,
-            ),
-            following=following,
+            snapshots=self._watch.snapshots, following=following,
         )  # fmt: skip
         self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()

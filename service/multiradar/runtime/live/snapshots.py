@@ -131,6 +131,8 @@ class Snapshots:
         self._restored = Position(0, b"")
         # Files of the last snapshot of this process, or of the one it started from.
         self._files: Mapping[str, Sequence[RowFile]] = {}
+        #: Why the last one could not be written, in words; empty if it was.
+        self.failure = ""
 
     def note(self, rows: int) -> bool:
         """Note processed measurements; return whether a snapshot is due."""
@@ -179,6 +181,7 @@ class Snapshots:
         def write() -> None:
             try:
                 octets = self._write(journal, taken)
+                self.failure = ""
                 cost_s = self._clock.monotonic_s() - begin_s
                 _log.info(
                     "snapshot at entry %d: %.1f MB in %.2f s, engine paused for %.0f ms",
@@ -189,6 +192,10 @@ class Snapshots:
                 is_expected = isinstance(error, SnapshotError | StateError | JournalError)
                 level = logging.WARNING if is_expected else logging.ERROR
                 _log.log(level, "snapshot at entry %d failed: %s", sequence, error)
+                self.failure = (
+                    f"the last snapshot, at entry {sequence}, failed; until one is written, the "
+                    f"next start replays the journal from an earlier entry on: {error}"
+                )
             finally:
                 end_s = self._clock.monotonic_s()
                 self._earliest_s = end_s + (end_s - begin_s) / SHARE_MAX

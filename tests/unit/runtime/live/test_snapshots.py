@@ -13,9 +13,10 @@ import pytest
 
 from multiradar.errors import JournalError, SnapshotError
 from multiradar.runtime.live.service import Service
-from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.live.snapshots import SnapshotRules, Snapshots
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import StoredEntry
+from multiradar.storage.journal import Space
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.storage.snapshots import KEPT, SnapshotFolder
 from multiradar.tracking.outputs import EngineOutput
@@ -385,6 +386,29 @@ def test_a_full_disk_costs_the_snapshot_alone(
     with site.service() as service:
         assert Counted.rows == len(FRAME) - 900
         assert everything(service) == whole(site)
+
+
+def test_a_snapshot_that_fails_raises_an_alarm_until_one_is_written(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("multiradar.runtime.live.snapshots.SHARE_MAX", 1e9)
+    require = Snapshots._require_space
+    free = [0]
+
+    def space(snapshots: Snapshots, _space: Space | None, octets: int) -> None:
+        require(snapshots, Space(free[0], 10**12, 0), octets)
+
+    monkeypatch.setattr(Snapshots, "_require_space", space)
+    with site.service() as service:
+        submit(service, FRAME[:100])
+        wait_until(lambda: service.view.status()["alarms"] == ["snapshots_failing"], "alarm")
+        (warning,) = [one for one in service.view.status()["warnings"] if "snapshot" in one]
+        assert "the last snapshot, at entry 1, failed" in warning
+        assert "the next start replays the journal from an earlier entry on" in warning
+        assert "MB left; free some space" in warning
+        free[0] = 10**12
+        submit(service, FRAME[100:200])
+        wait_until(lambda: service.view.status()["alarms"] == [], "no alarm")
 
 
 def test_a_service_that_could_not_restore_everything_takes_none(site: Site, log: list[str]) -> None:

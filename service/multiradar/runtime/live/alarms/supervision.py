@@ -1,4 +1,4 @@
-"""What the service watches while it runs: clocks, silence, storms, disk, sources and rejects."""
+"""What the service watches while it runs: clocks, silence, storms, disk, snapshots, rejects."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,10 +12,11 @@ from multiradar.runtime.live.alarms.host_clock import HostClock
 from multiradar.runtime.live.alarms.sensor_alarms import SensorAlarms
 from multiradar.runtime.live.alarms.silence import Silence
 from multiradar.runtime.live.readiness import Check, Disk, LastMinute
+from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.storage.entries import Entry
 
 #: Alarms of the whole service, in `alarms` of the status.
-NO_DATA, HOST_CLOCK = "no_data", "host_clock"
+NO_DATA, HOST_CLOCK, SNAPSHOTS_FAILING = "no_data", "host_clock", "snapshots_failing"
 
 
 class Supervision:
@@ -52,6 +53,7 @@ class Supervision:
         self.host_clock = HostClock(sensors, clock)
         self.silence = Silence(sensors, clock)
         self.disk = disk
+        self.snapshots: Snapshots | None = None
         self._sources = sources
         self._last_minute = LastMinute(clock)
         self._admission: Admission | None = None
@@ -84,15 +86,17 @@ class Supervision:
 
     def document(self) -> dict[str, Any]:
         """Return alarms and warnings, for the status."""
+        unsaved = "" if self.snapshots is None else self.snapshots.failure
         alarms = {
             NO_DATA: self.silence.is_alarm,
             HOST_CLOCK: self.host_clock.lead_s() is not None,
+            SNAPSHOTS_FAILING: bool(unsaved),
         }
         disk_alarms, disk_warnings = self.disk.alarms()
         return {
             "arrivals": self.arrivals.records(),
             "warnings": [
-                *filter(None, [self.silence.sentence()]),
+                *filter(None, [self.silence.sentence(), unsaved]),
                 *self.host_clock.sentences(),
                 *self._sources.warnings(),
                 *self.arrivals.warnings(),
