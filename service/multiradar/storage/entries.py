@@ -6,11 +6,23 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from multiradar_schemas.reject import RejectCode
+
 #: Octets of the content of a rejected row, and characters of its reason, that are kept.
 RAW_BYTES_MAX = 4096
 REASON_CHARACTERS_MAX = 1000
-#: Octets of the contents of all rejected rows of a message that are kept.
-RAWS_BYTES_MAX = 1 << 20
+#: Codes of rejects whose content is a valid measurement: the service did not use it for its time,
+#: or for a sensor that it did not have at that time.
+RECOVERABLE = (
+    RejectCode.UNKNOWN_SENSOR,
+    RejectCode.SENSOR_DISABLED,
+    RejectCode.TIME_LATE,
+    RejectCode.TIME_FUTURE,
+    RejectCode.RATE_EXCEEDED,
+)
+#: Octets of the contents of all rejected rows of a message that are kept: those of measurements,
+#: which are processed later, and others.
+MEASUREMENTS_BYTES_MAX, RAWS_BYTES_MAX = 16 << 20, 1 << 20
 #: The note that replaces the rest of a content is shorter than this.
 _NOTE_BYTES_MAX = 128
 _NOTE = re.compile(r"… \[[0-9]+ octets, sha256 [0-9a-f]{64}\]\Z")
@@ -159,16 +171,18 @@ class JournalCounts:
 
 
 def bounded(rows: Iterable[RejectedRow]) -> tuple[RejectedRow, ...]:
-    """Return the rejected rows of a message, with at most `RAWS_BYTES_MAX` octets of content.
+    """Return the rejected rows of a message, without those contents that are too much together.
 
+    The measurements among them have `MEASUREMENTS_BYTES_MAX` octets, the others `RAWS_BYTES_MAX`.
     Of the rows beyond it the length and the SHA-256 are kept.
     """
-    left = RAWS_BYTES_MAX
+    left = {True: MEASUREMENTS_BYTES_MAX, False: RAWS_BYTES_MAX}
     found = []
     for row in rows:
+        kind = row.code in RECOVERABLE
         # Otherwise no character has more than four octets.
-        left -= len(row.raw) if row.raw.isascii() else 4 * len(row.raw)
-        if left < 0:
+        left[kind] -= len(row.raw) if row.raw.isascii() else 4 * len(row.raw)
+        if left[kind] < 0:
             # The length and the hash are those of what was sent.
             note = _NOTE.search(row.raw)
             row = replace(row, raw=note[0] if note else _shortened(row.raw, 0))

@@ -72,7 +72,7 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
 
 # What `track` cannot repeat.
 def _of_journal(report: Mapping[str, Any]) -> list[str]:
-    from multiradar.storage.entries import RAWS_BYTES_MAX
+    from multiradar.storage.entries import MEASUREMENTS_BYTES_MAX
 
     lost, changes = report["figures"]["not_recovered"], report["figures"]["sensor_changes"]
     found = []
@@ -80,8 +80,8 @@ def _of_journal(report: Mapping[str, Any]) -> list[str]:
         found.append(
             f"{lost} rejected rows with the codes to recover were not recovered: their content is "
             "not a measurement, or was not kept because the rejected rows of their message were "
-            f"longer than {RAWS_BYTES_MAX >> 20} MiB; rejects.ndjson lists them, and smaller "
-            "messages keep all"
+            f"longer than {MEASUREMENTS_BYTES_MAX >> 20} MiB; rejects.ndjson lists them, and "
+            "smaller messages keep all"
         )
     if not changes:
         return found

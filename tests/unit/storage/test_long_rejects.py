@@ -12,9 +12,11 @@ import pytest
 
 from multiradar.errors import JournalError
 from multiradar.storage.entries import (
+    MEASUREMENTS_BYTES_MAX,
     RAW_BYTES_MAX,
     RAWS_BYTES_MAX,
     REASON_CHARACTERS_MAX,
+    RECOVERABLE,
     RejectedRow,
     bounded,
 )  # fmt: skip
@@ -52,15 +54,27 @@ def test_of_many_contents_the_first_are_kept() -> None:
     assert len("".join(row.raw for row in kept)) < 2 * RAWS_BYTES_MAX
 
 
-def test_a_thousand_measurements_are_kept() -> None:
-    # The default length of a message of `replay`: late ones are reprocessed later.
+@pytest.mark.parametrize("code", RECOVERABLE)
+def test_all_measurements_of_a_long_message_are_kept(code: str) -> None:
+    # A feed sends what it has collected while it was cut off: late ones are reprocessed later.
     raw = '{"time_s": 1700000000.125, "sensor_id": "north"}'.ljust(400)
-    rows = tuple(RejectedRow(index, "TIME_LATE", "", raw) for index in range(1000))
+    rows = tuple(RejectedRow(index, code, "", raw) for index in range(40_000))
     assert bounded(rows) == rows
+    # Beside others, which have their own limit.
+    faulty = [RejectedRow(index, "MALFORMED_JSON", "", raw) for index in range(40_000)]
+    kept = bounded([row for both in zip(rows, faulty, strict=True) for row in both])
+    assert kept[::2] == rows
+    assert [row.raw for row in kept[1::2]].count(raw) == RAWS_BYTES_MAX // 400
+
+
+def test_measurements_have_a_limit_too() -> None:
+    rows = [RejectedRow(index, "TIME_LATE", "", f"{index:04}" * 1000) for index in range(5000)]
+    whole = [row for row, before in zip(bounded(rows), rows, strict=True) if row == before]
+    assert whole == rows[: MEASUREMENTS_BYTES_MAX // 4000]
 
 
 def test_other_characters_count_four_octets() -> None:
-    rows = [RejectedRow(index, "TIME_LATE", "", "ä" * 1000) for index in range(300)]
+    rows = [RejectedRow(index, "WRONG_TYPE", "", "ä" * 1000) for index in range(300)]
     whole = [row for row, before in zip(bounded(rows), rows, strict=True) if row == before]
     assert len(whole) == RAWS_BYTES_MAX // 4000
 

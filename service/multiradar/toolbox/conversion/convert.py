@@ -406,7 +406,8 @@ def _adsb(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, An
 
 
 def _journal(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, Any]:
-    from multiradar.toolbox.conversion.journal import RECOVERABLE, convert_journal
+    from multiradar.storage.entries import RECOVERABLE
+    from multiradar.toolbox.conversion.journal import convert_journal
     from multiradar_schemas.reject import RejectCode
 
     if len(paths) > 1:

@@ -17,15 +17,6 @@ from multiradar_schemas.reject import Reject, RejectCode
 if TYPE_CHECKING:
     import polars as pl
 
-#: Codes of rejects whose content is a valid measurement: the service did not use it for its time,
-#: or for a sensor that it did not have at that time.
-RECOVERABLE = (
-    RejectCode.UNKNOWN_SENSOR,
-    RejectCode.SENSOR_DISABLED,
-    RejectCode.TIME_LATE,
-    RejectCode.TIME_FUTURE,
-    RejectCode.RATE_EXCEEDED,
-)
 #: Entries from one call for the progress bar to the next.
 _STEP_ENTRIES = 64
 

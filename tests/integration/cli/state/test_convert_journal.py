@@ -12,7 +12,7 @@ import pytest
 import multiradar as mr
 from multiradar.errors import ArgumentError, DataWarning, InputError, JournalError
 from multiradar.storage.archive import archive_journal
-from multiradar.storage.entries import RAWS_BYTES_MAX, RejectedRow, bounded
+from multiradar.storage.entries import MEASUREMENTS_BYTES_MAX, RejectedRow, bounded
 from multiradar.storage.segments import segments_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry as journal_entry
@@ -110,17 +110,17 @@ def test_what_cannot_be_recovered_is_counted_and_named(tmp_path: Path) -> None:
     raw = (
         '{"time_s": 1700000000.5, "sensor_id": "41-10", "kind": "radar", "range_m": 50000.0, '
         '"azimuth_deg": 10.0}'
-    ).ljust(400)
-    rejects = bounded(RejectedRow(number, "TIME_LATE", "late", raw) for number in range(3000))
+    ).ljust(4000)
+    rejects = bounded(RejectedRow(number, "TIME_LATE", "late", raw) for number in range(5000))
     entry = replace(journal_entry(1), payload=b"", accepted=0, rejects=rejects)
     journal = SqliteJournal(tmp_path / "journal.sqlite", "f")
     journal.append([entry])
     journal.close()
-    kept = RAWS_BYTES_MAX // len(raw)
-    with pytest.warns(DataWarning, match=rf"^{3000 - kept} rejected rows .* were not recovered"):
+    kept = MEASUREMENTS_BYTES_MAX // len(raw)
+    with pytest.warns(DataWarning, match=rf"^{5000 - kept} rejected rows .* were not recovered"):
         run = mr.convert(tmp_path, recover=["TIME_LATE"])
     assert run.report["figures"]["recovered_by_code"] == {"TIME_LATE": kept}
-    assert run.report["figures"]["not_recovered"] == 3000 - kept
+    assert run.report["figures"]["not_recovered"] == 5000 - kept
 
 
 def test_only_the_chosen_time_is_converted(scene: _Scene) -> None:
