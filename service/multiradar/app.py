@@ -15,7 +15,6 @@ from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import SystemClock
 from multiradar.cluster.ray_steps import steps_of
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_configured import asterix_gateway
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
@@ -37,7 +36,11 @@ from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.epoch_engine import Engine
-from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
+from multiradar.runtime.engine.fingerprint import (
+    configuration_fingerprint,
+    configuration_text,
+    differences,
+)
 from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
@@ -293,14 +296,10 @@ def build_service(
     tracking, journal = settings.tracking_settings(), settings.journal.path
     shards = steps_of(settings, settings.workers)
     fingerprint = configuration_fingerprint(sensors, tracking)
-
-    def setting_of(other: str) -> str:
-        name = filter_of(other, sensors, tracking, FILTERS)
-        return f"--filter {name}, now {tracking.filter_name}" if name else ""
-
+    text = "" if described is None else configuration_text(described, tracking)
     service = Service(
         open_journal=lambda: SqliteJournal(
-            journal, fingerprint, setting_of, standby=settings.journal.standby
+            journal, fingerprint, text, differences, standby=settings.journal.standby
         ),
         open_engine=lambda: Engine(
             sensors, tracking, settings.workers, open_steps=shards, sampling=Sampling.ALL

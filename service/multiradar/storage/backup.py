@@ -24,13 +24,14 @@ from typing import Any, NamedTuple
 
 from multiradar.errors import DamageError, InputError, JournalError, SnapshotError
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite.journal_rows import Head, JournalRows, fingerprint_of
+from multiradar.storage.sqlite.journal_rows import Head, JournalRows, description_of, fingerprint_of
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     copy_database,
     file_size,
     journal_errors,
     open_database,
+    reading_mode,
     snapshot,
     sync,
 )
@@ -131,7 +132,7 @@ def write_backup(
     ConfigurationError
         It is of another format.
     """
-    journal_fingerprint(journal)
+    journal_configuration(journal)
     journal = journal.resolve() if journal.is_symlink() else journal
     _require_space(journal, folder)
     # Before the journal: it then has the entry of the snapshot, and the acknowledged one.
@@ -209,8 +210,10 @@ def _copy_journal(journal: Path, copy: Path, tip: Tip | None) -> tuple[Head, str
     return head, fingerprint
 
 
-def journal_fingerprint(journal: Path) -> str:
-    """Return the fingerprint of the configuration that a journal was written with.
+def journal_configuration(journal: Path) -> tuple[str, str]:
+    """Return fingerprint and description of the configuration that a journal was written with.
+
+    The description is empty in a journal of an earlier version.
 
     Raises
     ------
@@ -222,8 +225,11 @@ def journal_fingerprint(journal: Path) -> str:
     if not journal.is_file():
         raise InputError(no_such(journal, JOURNAL))
     check_file_type(journal)
-    with journal_errors(journal), closing(open_database(journal, "ro")) as connection:
-        return fingerprint_of(connection, journal)
+    with (
+        journal_errors(journal),
+        closing(open_database(journal, reading_mode(journal))) as connection,
+    ):
+        return fingerprint_of(connection, journal), description_of(connection)
 
 
 # ---------------------------------------------------------------- reading

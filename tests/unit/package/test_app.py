@@ -106,7 +106,12 @@ def test_a_wrong_state_folder_is_reported_before_kernels_are_compiled(
             "zenoh": {"enabled": False},
             "tracking": {"filter_name": name},
         }
-        return Application(load_settings(None, given), live_scene.sensors(), lambda: None)
+        return Application(
+            load_settings(None, given),
+            live_scene.sensors(),
+            lambda: None,
+            live_scene.sensors_file(),
+        )
 
     if mistake == "another filter":
         first = chosen("joint")

@@ -1,8 +1,10 @@
 """A fingerprint of all that the output depends on, apart from the measurements."""
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import asdict, fields, replace
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +12,13 @@ from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
 from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.arithmetic_kernels import arithmetic
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 #: Version of the processing rules; incremented whenever a change of the program changes the output
 #: of a journal's replay.
 OUTPUT_RULES = 13
+#: Differences of two configurations that are named; further ones are counted.
+_NAMED_MAX = 5
 
 
 def configuration_fingerprint(
@@ -57,21 +62,69 @@ def configuration_fingerprint(
     return whole.hexdigest()
 
 
-def filter_of(
-    fingerprint: str, sensors: SensorTable, tracking: TrackingSettings, names: Iterable[str]
-) -> str | None:
-    """Return the filter with which a configuration has a fingerprint; None if it is none of them.
+def configuration_text(sensors: SensorsFile, tracking: TrackingSettings) -> str:
+    """Return what a fingerprint is made of as JSON, in the words of its user.
 
     Parameters
     ----------
-    fingerprint : str
-        That of a journal.
-    sensors, tracking : SensorTable, TrackingSettings
-        The present configuration.
-    names : iterable of str
-        The filters.
+    sensors : SensorsFile
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker.
     """
-    for name in names:
-        if configuration_fingerprint(sensors, replace(tracking, filter_name=name)) == fingerprint:
-            return name
-    return None
+    return json.dumps(
+        {
+            "rules": OUTPUT_RULES,
+            "arithmetic": arithmetic(),
+            "tracking": asdict(tracking),
+            "sensors": {
+                one.id: one.model_dump(mode="json", exclude={"id"}, exclude_defaults=True)
+                for one in sensors.sensor
+            },
+        },
+        default=str,
+    )
+
+
+def differences(before: str, now: str) -> str:
+    """Return how two configurations differ, in words; empty where that is unknown.
+
+    Parameters
+    ----------
+    before, now : str
+        What `configuration_text` returned; may be empty for a journal of an earlier version.
+    """
+    if not before or not now:
+        return ""
+    one, other = json.loads(before), json.loads(now)
+    found = []
+    if one["rules"] != other["rules"]:
+        found.append(f"an earlier or later version (rules {one['rules']}, now {other['rules']})")
+    if one["arithmetic"] != other["arithmetic"]:
+        found.append("a different kind of processor")
+    for name, value in _changed(one["tracking"], other["tracking"]):
+        found.append(f"--filter {value}" if name == "filter_name" else f"{name} {value}")
+    had, has = one["sensors"], other["sensors"]
+    found += [f"sensor {name}" for name in sorted(had.keys() - has.keys())]
+    found += [f"no sensor {name}" for name in sorted(has.keys() - had.keys())]
+    for sensor in sorted(had.keys() & has.keys()):
+        found += [f"{name} of {sensor} {it}" for name, it in _changed(had[sensor], has[sensor])]
+    more = len(found) - _NAMED_MAX
+    named = found[:_NAMED_MAX] if more <= 0 else [*found[:_NAMED_MAX], f"{more} more differences"]
+    return "; ".join(named)
+
+
+# Names whose values differ, with both.
+def _changed(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str]]:
+    def shown(values: Mapping[str, Any], name: str) -> str:
+        value = values.get(name)
+        if value is None:
+            return "not given"
+        return value if isinstance(value, str) else json.dumps(value)
+
+    names = dict.fromkeys((*before, *now))
+    return [
+        (name, f"{shown(before, name)}, now {shown(now, name)}")
+        for name in names
+        if before.get(name) != now.get(name)
+    ]

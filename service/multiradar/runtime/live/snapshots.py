@@ -145,8 +145,8 @@ class Snapshots:
 
     @property
     def is_new(self) -> bool:
-        """Whether there were measurements since the last snapshot."""
-        return self._rows > 0
+        """Whether there were measurements since the last snapshot that was written."""
+        return self._rows > 0 or bool(self.failure)
 
     def capture(
         self, journal: Journal, sequence: int, skipped: Mapping[int, str],

@@ -45,6 +45,8 @@ CREATE TABLE entry (
 CREATE TABLE quarantine (first INTEGER PRIMARY KEY, sequence INTEGER NOT NULL);
 CREATE TABLE skipped (sequence INTEGER PRIMARY KEY, reason TEXT NOT NULL, digest BLOB NOT NULL);
 """
+#: What the fingerprint is made of; journals of earlier versions have no such table.
+DESCRIPTION_SCHEMA = "CREATE TABLE IF NOT EXISTS configuration (description TEXT NOT NULL)"
 #: Further tables of a shortened journal.
 SHORTENED_SCHEMA = """
 CREATE TABLE base (
@@ -282,6 +284,15 @@ def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
             "to a new state directory (multiradar migrate)"
         )
     return fingerprint
+
+
+def description_of(connection: sqlite3.Connection) -> str:
+    """Return the description of the configuration of a journal; empty if it has none."""
+    known = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'configuration'")
+    if known.fetchone() is None:
+        return ""
+    found = connection.execute("SELECT description FROM configuration").fetchone()
+    return "" if found is None else str(found[0])
 
 
 def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:

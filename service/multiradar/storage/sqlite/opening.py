@@ -14,7 +14,7 @@ from pathlib import Path
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite.journal_rows import JournalRows, fingerprint_of
+from multiradar.storage.sqlite.journal_rows import JournalRows, description_of, fingerprint_of
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     check_pages,
@@ -45,15 +45,19 @@ class Verification:
         Its tables.
     fingerprint : str
         Fingerprint of the configuration.
-    setting_of : callable
-        Returns the setting that differs in a journal with another fingerprint.
+    description : str
+        What the fingerprint is made of.
+    differences : callable
+        Returns how two descriptions differ, in words; empty where that is unknown.
     """
 
     def __init__(
-        self, path: Path, rows: JournalRows, fingerprint: str, setting_of: Callable[[str], str]
-    ) -> None:
+        self, path: Path, rows: JournalRows, fingerprint: str, description: str,
+        differences: Callable[[str, str], str],
+    ) -> None:  # fmt: skip
         self._path, self._rows = path, rows
-        self._fingerprint, self._setting_of = fingerprint, setting_of
+        self._fingerprint = fingerprint
+        self._description, self._differences = description, differences
         self._log_path, self._tip_path = beside(path, "-wal"), beside(path, "-tip")
         #: Whether its pages have been verified.
         self.pages_verified = False
@@ -145,7 +149,7 @@ class Verification:
     def _check_header(self, connection: sqlite3.Connection) -> None:
         written_with = fingerprint_of(connection, self._path)
         if written_with != self._fingerprint:
-            other = self._setting_of(written_with) or (
+            other = self._differences(description_of(connection), self._description) or (
                 "other sensors or tracking settings, or on a different kind of processor "
                 f"(fingerprint {written_with[:12]}, now {self._fingerprint[:12]})"
             )

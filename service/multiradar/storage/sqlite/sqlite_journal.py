@@ -22,11 +22,13 @@ from multiradar.storage.journal import Space
 from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
 from multiradar.storage.sqlite.file_lock import FileLock, OpenFiles, unchanged
 from multiradar.storage.sqlite.journal_rows import (
+    DESCRIPTION_SCHEMA,
     ENTRY,
     FORMAT_VERSION,
     SCHEMA,
     Head,
     JournalRows,
+    description_of,
 )
 from multiradar.storage.sqlite.opening import Verification, beside, make_folder
 from multiradar.storage.sqlite.sqlite_file import (
@@ -61,9 +63,10 @@ class SqliteJournal:
         The file; created when absent, with its folder.
     fingerprint : str
         Fingerprint of the configuration that the output depends on.
-    setting_of : callable, optional
-        Returns the setting that differs in a journal with another fingerprint, such as
-        "filter joint, not imm"; empty where it is unknown.
+    description : str
+        What the fingerprint is made of, for the error about another one.
+    differences : callable, optional
+        Returns how two descriptions differ, in words; empty where that is unknown.
     standby : bool
         Whether to follow a journal that another service writes, rather than raise an error; see
         `following` and `lead`.
@@ -78,15 +81,17 @@ class SqliteJournal:
     """
 
     def __init__(
-        self, path: Path, fingerprint: str, setting_of: Callable[[str], str] = lambda _: "",
-        *, standby: bool = False,
+        self, path: Path, fingerprint: str, description: str = "",
+        differences: Callable[[str, str], str] = lambda _before, _now: "", *, standby: bool = False,
     ) -> None:  # fmt: skip
         # SQLite has the log beside the file, not beside a link to it.
         path = path.resolve() if path.is_symlink() else path
         self._path = path
         self._fingerprint = fingerprint
         self._rows = JournalRows(path, fingerprint)
-        self._verification = Verification(path, self._rows, fingerprint, setting_of)
+        self._description = description
+        given = (path, self._rows, fingerprint, description, differences)
+        self._verification = Verification(*given)
         self._log_path, self._tip_path = beside(path, "-wal"), beside(path, "-tip")
         self._writing = threading.Lock()
         self._reading = threading.Lock()
@@ -365,6 +370,10 @@ class SqliteJournal:
         # On a full disk the lock of the file must do.
         with suppress(JournalFullError), journal_errors(self._path), self._written():
             self._writer.execute(f"PRAGMA user_version = {self._opening() + 1}")
+            if self._description and self._description != description_of(self._writer):
+                self._writer.execute(DESCRIPTION_SCHEMA)
+                self._writer.execute("DELETE FROM configuration")
+                self._writer.execute("INSERT INTO configuration VALUES (?)", (self._description,))
         self._number = self._opening()
 
     def _opening(self) -> int:

@@ -61,7 +61,7 @@ def backup(
 
     from multiradar.clock import SystemClock
     from multiradar.settings.service import load_settings
-    from multiradar.storage.backup import journal_fingerprint, write_backup
+    from multiradar.storage.backup import write_backup
     from multiradar.storage.output_folder import new_folder
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
@@ -70,7 +70,7 @@ def backup(
     settings = load_settings(config, overrides)
     journal = journal_of(state)
     with new_folder(out) as folder:
-        check_configuration(journal, journal_fingerprint(journal), settings)
+        check_configuration(journal, settings)
         extra = {
             SENSORS_FILE: settings.sensors.read_bytes(),
             SETTINGS_FILE: _settings_text(settings).encode(),
@@ -240,15 +240,13 @@ def journal_of(state: Path) -> Path:
     return state if state.is_file() else state / DATABASE
 
 
-def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -> None:
+def check_configuration(journal: Path, settings: "Settings") -> None:
     """Check that a journal can be continued: only with its original sensors and settings.
 
     Parameters
     ----------
     journal : Path
-        The journal, for errors.
-    fingerprint : str
-        Fingerprint of the configuration in its header.
+        The journal.
     settings : Settings
         The settings, with the path of the sensors file.
 
@@ -257,19 +255,22 @@ def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -
     ConfigurationError
         It was created with others.
     """
-    from multiradar.estimation.filters.bank import FILTERS
-    from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
-    from multiradar.toolbox.inputs import load_sensor_table
+    from multiradar.runtime.engine.fingerprint import (
+        configuration_fingerprint,
+        configuration_text,
+        differences,
+    )
+    from multiradar.storage.backup import journal_configuration
+    from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 
-    sensors, tracking = load_sensor_table(settings.sensors), settings.tracking_settings()
-    if fingerprint == configuration_fingerprint(sensors, tracking):
+    described, tracking = read_sensors(settings.sensors), settings.tracking_settings()
+    table = load_sensor_table(settings.sensors, described)
+    fingerprint, text = journal_configuration(journal)
+    if fingerprint == configuration_fingerprint(table, tracking):
         return
-    name = filter_of(fingerprint, sensors, tracking, FILTERS)
-    other = (
-        f"the filter {name}, not {tracking.filter_name}"
-        if name
-        else f"sensors other than {settings.sensors}, with other tracking settings, or on another "
-        "type of processor"
+    other = differences(text, configuration_text(described, tracking)) or (
+        f"sensors other than {settings.sensors}, with other tracking settings, or on another type "
+        "of processor"
     )
     raise ConfigurationError(
         f"{journal}: the journal was created with {other}; run this command with the options "

@@ -120,10 +120,10 @@ def _check_state(
     journal = settings.journal.path
     verification, findings = state_health.verified(journal, on_progress)
     if verification is not None and table is not None and findings[0].level is Level.OK:
-        sound, fingerprint = findings[0], verification.fingerprint
+        sound = findings[0]
 
         def look() -> Finding:
-            check_configuration(journal, fingerprint, settings)
+            check_configuration(journal, settings)
             return sound
 
         findings[0] = found("journal", "run doctor with the options of the service", look)

@@ -112,7 +112,7 @@ def migrate(
     """
     from multiradar.runtime.admission.past_admission import PastAdmission
     from multiradar.runtime.admission.sensors_in_force import SensorsInForce
-    from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+    from multiradar.runtime.engine.fingerprint import configuration_fingerprint, configuration_text
     from multiradar.storage.backup import DATABASE
     from multiradar.storage.output_folder import new_folder
     from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
@@ -126,7 +126,8 @@ def migrate(
     done = Migration()
     with new_folder(out) as folder:
         path = folder / DATABASE
-        written = SqliteJournal(path, configuration_fingerprint(table, tracking))
+        text = configuration_text(described, tracking)
+        written = SqliteJournal(path, configuration_fingerprint(table, tracking), text)
         try:
             with entries_of(source) as (first, last, entries):
                 done.first = first

@@ -55,7 +55,7 @@ def shorten(
     from multiradar.runtime.admission.admission_by_time import data_clock_of
     from multiradar.settings.service import load_settings
     from multiradar.storage import retention
-    from multiradar.storage.backup import journal_fingerprint
+    from multiradar.storage.backup import journal_configuration
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
     if filter_name is not None:
@@ -70,8 +70,8 @@ def shorten(
             "--archive"
         )
     journal = journal.resolve() if journal.is_symlink() else journal
-    fingerprint = journal_fingerprint(journal)
-    check_configuration(journal, fingerprint, settings)
+    fingerprint, _ = journal_configuration(journal)
+    check_configuration(journal, settings)
     return retention.shorten(
         journal, folder, rules, snapshots=_snapshots(journal, fingerprint, settings),
         time_of=data_clock_of, now_s=SystemClock().now_s(), on_progress=on_progress,

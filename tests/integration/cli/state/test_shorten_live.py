@@ -86,7 +86,7 @@ def test_what_forbids_shortening_is_one_sentence(tmp_path: Path) -> None:
         ('[retention]\njournal_days = 1\narchive = "none"\n', "expected 2 snapshots"),
         (
             '[retention]\njournal_days = 1\narchive = "none"\n[tracking]\nepoch_s = 2.0\n',
-            "the journal was created with sensors other than",
+            "the journal was created with epoch_s 4.0, now 2.0; run this command",
         ),
     ):
         config.write_text(f'sensors = "{sensors}"\n{settings}')

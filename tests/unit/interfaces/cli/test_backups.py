@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from multiradar.cli.main import run
-from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint, configuration_text
 from multiradar.settings.service import load_settings
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
-from multiradar.toolbox.inputs import load_sensor_table
+from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 from support.inputs.journal_entries import entry
 from support.processes.served import SENSORS
 
@@ -29,7 +29,8 @@ def _state(tmp_path: Path, sensors: Path) -> Path:
 def _written(folder: Path, sensors: Path, config: Path | None) -> Path:
     tracking = load_settings(config).tracking_settings()
     fingerprint = configuration_fingerprint(load_sensor_table(sensors), tracking)
-    journal = SqliteJournal(folder / "journal.sqlite", fingerprint)
+    text = configuration_text(read_sensors(sensors), tracking)
+    journal = SqliteJournal(folder / "journal.sqlite", fingerprint, text)
     journal.append([entry(number, rejects=number % 3) for number in range(10)])
     journal.close()
     return folder
@@ -97,11 +98,14 @@ def test_the_settings_of_the_journal_are_in_the_backup(
     out = tmp_path / "backup"
     given = ["backup", str(state), str(out), "--sensors", str(sensors)]
     assert run(given) == 1
-    assert "the journal was created with sensors other than" in capsys.readouterr().err
+    assert (
+        'the journal was created with epoch_s 2.0, now 4.0; hidden_fields ["mode_3a"], now []; run '
+        "this command"
+    ) in capsys.readouterr().err
     assert not out.exists()
     assert run([*given, "--config", str(config), "--filter", "ci"]) == 1
     assert (
-        "created with the filter imm, not ci; run this command with the options"
+        "created with --filter imm, now ci; run this command with the options"
         in capsys.readouterr().err
     )
     assert run([*given, "--config", str(config)]) == 0

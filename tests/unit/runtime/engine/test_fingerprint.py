@@ -8,9 +8,14 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
 from multiradar.runtime.engine import fingerprint
-from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.engine.fingerprint import (
+    configuration_fingerprint,
+    configuration_text,
+    differences,
+)
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.arithmetic_kernels import arithmetic
+from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.scenarios.live_scene import sensors
 
 SETTINGS = TrackingSettings()
@@ -63,3 +68,33 @@ def _with_one_bit_more(values: NDArray[np.float64]) -> NDArray[np.float64]:
     sines = np.sin(values)
     sines[1234] = np.nextafter(sines[1234], 2.0)
     return sines
+
+
+def _radar(name: str, **changed: object) -> Sensor:
+    given = {
+        "id": name, "kind": "radar", "latitude_deg": 47.0, "longitude_deg": 8.0, "height_m": 500.0,
+        "range_sigma_m": 50.0, "azimuth_sigma_deg": 0.08, "rotation_period_s": 5.0,
+    }  # fmt: skip
+    return Sensor.model_validate(given | changed)
+
+
+def test_each_difference_is_named_with_both_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = SensorsFile(sensor=(_radar("a"), _radar("b"), _radar("d")))
+    now = SensorsFile(sensor=(_radar("b", latitude_deg=47.5, enabled=False), _radar("c")))
+    text = configuration_text(before, SETTINGS)
+    assert differences(text, text) == differences("", text) == differences(text, "") == ""
+    assert differences(text, configuration_text(now, SETTINGS)) == (
+        "sensor a; sensor d; no sensor c; latitude_deg of b 47.0, now 47.5; "
+        "enabled of b not given, now false"
+    )
+    other = replace(SETTINGS, filter_name="ci", epoch_s=2.0)
+    assert differences(text, configuration_text(before, other)) == (
+        "--filter imm, now ci; epoch_s 4.0, now 2.0"
+    )
+    many = differences(text, configuration_text(SensorsFile(sensor=(_radar("x"),)), other))
+    assert many.endswith("; sensor a; sensor b; sensor d; 1 more differences")
+    monkeypatch.setattr(fingerprint, "OUTPUT_RULES", 7)
+    monkeypatch.setattr(fingerprint, "arithmetic", lambda: "another")
+    assert differences(text, configuration_text(before, SETTINGS)) == (
+        "an earlier or later version (rules 13, now 7); a different kind of processor"
+    )

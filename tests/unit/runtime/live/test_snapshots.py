@@ -409,6 +409,12 @@ def test_a_snapshot_that_fails_raises_an_alarm_until_one_is_written(
         free[0] = 10**12
         submit(service, FRAME[100:200])
         wait_until(lambda: service.view.status()["alarms"] == [], "no alarm")
+        free[0] = 0
+        submit(service, FRAME[200:300])
+        wait_until(lambda: service.view.status()["alarms"] == ["snapshots_failing"], "alarm")
+        free[0] = 10**12
+    # The stop tries again, although there are no further measurements.
+    assert [int(one.stem) for one in site.files] == [3, 2]
 
 
 def test_a_service_that_could_not_restore_everything_takes_none(site: Site, log: list[str]) -> None:
