@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 #: Objects between collections of garbage, and collections between those of older objects.
 GC_THRESHOLDS = (10_000, 10, 10)
 
+_ON_DAMAGE = "copy the state and check it with `multiradar verify`"
+
 
 class LogLevel(StrEnum):
     """Minimum log level."""
@@ -198,7 +200,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
 
         application = Application(settings, table, on_failure, sensors, stop.set)
         try:
-            application.start()
+            _start(application)
             # What the start made remains: without this each collection of garbage looks at all of
             # it, and everything stands still for 0.2 s.
             gc.collect()
@@ -215,8 +217,18 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
         failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
         advice = "restart the service (acknowledged data are safe on disk)"
         if isinstance(failure, JournalError):
-            advice = "before a restart, copy the state and check it with `multiradar verify`"
+            advice = f"before a restart, {_ON_DAMAGE}"
         raise PipelineError(f"{failure}; {advice}")
+
+
+def _start(application: "Application") -> None:
+    try:
+        application.start()
+    except JournalError as error:
+        # What is found damaged in reading is named without advice.
+        if ";" in str(error):
+            raise
+        raise JournalError(f"{error}; {_ON_DAMAGE}, or restore a backup") from error
 
 
 # What the start would report later.

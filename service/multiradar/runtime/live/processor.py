@@ -26,6 +26,7 @@ from multiradar.runtime.live.backlog import Backlog, Journalled, grouped, releas
 from multiradar.runtime.live.preparation import journalled, pieces
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.snapshots import Snapshots
+from multiradar.runtime.live.threads import log_end
 from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind
 from multiradar.storage.journal import Journal
@@ -52,8 +53,7 @@ NO_FIGURES: dict[str, Any] = {
 class _EngineFailureError(Exception):
     # The engine raised an error with these entries.
     def __init__(self, entries: Sequence[Journalled], cause: Exception) -> None:
-        self.entries = entries
-        self.cause = cause
+        self.entries, self.cause = entries, cause
         super().__init__(str(cause))
 
 
@@ -240,10 +240,10 @@ class Processor:
 
     def finish(self) -> None:
         """Take a last snapshot, and read the journal no more."""
-        if self._snapshots is not None:
-            if self.failure is None and self._snapshots.is_new and not self.following:
-                self._capture(self._snapshots)
-            self._snapshots.close()
+        if (snapshots := self._snapshots) is not None:
+            if self.failure is None and snapshots.is_new and not self.following:
+                self._capture(snapshots)
+            snapshots.close()
 
     def close(self) -> None:
         """Close the engine; unresolved futures fail."""
@@ -255,7 +255,7 @@ class Processor:
         """Stop for good, with an error."""
         unknown = PipelineError("the engine has stopped; see the log")
         self.failure = error if isinstance(error, MultiradarError) else unknown
-        _log.error("engine stopped", exc_info=error)
+        log_end(_log, "engine stopped", error)
         self._backlog.abandon()
         self._give_up(self.failure)
         self._on_failure()

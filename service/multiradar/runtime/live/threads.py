@@ -3,9 +3,12 @@
 A simulation passes its own, which run one at a time in an order given by a seed.
 """
 
+import logging
 import threading
 from collections.abc import Callable
 from typing import Any, Protocol
+
+from multiradar.errors import MultiradarError
 
 
 class Thread(Protocol):
@@ -80,3 +83,9 @@ class SystemThreads:
     def event(self) -> Event:
         """Return an event that is not set."""
         return threading.Event()
+
+
+def log_end(log: logging.Logger, what: str, error: Exception) -> None:
+    """Log the error that ends a thread; of input or environment, its message is enough."""
+    named = isinstance(error, MultiradarError)
+    log.error("%s: %s", what, error, exc_info=None if named else error)

@@ -27,6 +27,7 @@ from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
+from multiradar.runtime.live.threads import log_end
 from multiradar.runtime.memory.history import TrackHistory
 from multiradar.storage.entries import Entry, EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
@@ -260,7 +261,7 @@ class Writer:
             failure: MultiradarError = error
         else:
             failure = PipelineError("the journal writer has stopped; see the log")
-        _log.error("journal writer failed, ingest stopped", exc_info=error)
+        log_end(_log, "journal writer failed, ingest stopped", error)
         self.failure = failure
         self._intake.close(failure)
         _fail(group, failure)

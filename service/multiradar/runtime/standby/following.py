@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from multiradar.clock import Clock
 from multiradar.runtime.live.readiness import PRIMARY
-from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
+from multiradar.runtime.live.threads import SystemThreads, Thread, Threads, log_end
 
 _log = logging.getLogger(__name__)
 
@@ -167,5 +167,5 @@ class Standby:
                 if self.step():
                     return
         except Exception as error:
-            _log.error("the standby has stopped", exc_info=error)
+            log_end(_log, "the standby has stopped", error)
             self._service.fail(error)

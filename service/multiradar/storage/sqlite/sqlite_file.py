@@ -180,7 +180,7 @@ def journal_errors(path: Path) -> Iterator[None]:
     except sqlite3.Error as error:
         name = getattr(error, "sqlite_errorname", type(error).__name__)
         if name == "SQLITE_FULL":
-            raise JournalFullError(f"{path}: disk full") from error
+            raise JournalFullError(f"{path}: disk full; free some space") from error
         if name in _NO_ROOM:
             raise JournalError(
                 f"{path}: disk full ({name}); free some space and start again"

@@ -1,4 +1,4 @@
-"""A start without the journal stops while there are snapshots of it."""
+"""A start with files that are missing or damaged stops, and says what to do."""
 
 from pathlib import Path
 
@@ -17,3 +17,18 @@ def test_snapshots_without_their_journal_stop_the_start(tmp_path: Path) -> None:
         assert done.returncode == 1
         assert f"{state}/journal.sqlite: missing or empty, although other files" in done.stderr
         assert "(journal.sqlite-snapshots); restore all files journal.sqlite*" in done.stderr
+
+
+def test_a_damaged_file_is_named_with_what_to_do(tmp_path: Path) -> None:
+    sensors, state = tmp_path / "sensors.toml", tmp_path / "state"
+    sensors.write_text(SENSORS)
+    state.mkdir()
+    tip = state / "journal.sqlite-tip"
+    tip.write_bytes(b"12 no tip")
+    done = command("serve", "--port", 0, "--no-zenoh", "--state", state, "--sensors", sensors)
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"multiradar: {tip}: damaged; copy the state and check it with `multiradar verify`, or "
+        "restore a backup\n"
+    )
+    assert tip.read_bytes() == b"12 no tip"

@@ -82,6 +82,7 @@ def test_a_step_back_ends_all_tracks_and_a_restart_does_the_same(
     service, frame = run.service, recording(1500)
     # All sensors are ahead, and then right.
     assert _send(service, frame.with_columns(time_s=pl.col("time_s") + AHEAD_S)) == 0
+    settled(service)
     before = _tracks(service)
     assert submit(service, frame[:1]).rejected[0].code == "TIME_LATE"
     assert _set(service, START_S) == _set(service, START_S)
