@@ -8,6 +8,7 @@ import polars as pl
 
 from multiradar_converters.asterix.layout.columns import Integers
 from multiradar_converters.asterix.layout.fields import letters
+from multiradar_schemas.measurements.gates import LISTED_ROWS_MAX
 from multiradar_schemas.measurements.measurement import CALLSIGN_PATTERN
 
 _CALLSIGN_BITS = 48
@@ -19,6 +20,10 @@ _CALLSIGN = re.compile(CALLSIGN_PATTERN)
 
 def named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
     """Convert integers to text, each distinct value once."""
+    if len(values) <= LISTED_ROWS_MAX:
+        numbers = values.tolist()
+        texts = {value: name(value) for value in dict.fromkeys(numbers)}
+        return pl.Series([texts[value] for value in numbers], dtype=pl.String)
     distinct, places = np.unique(values, return_inverse=True)
     names = pl.Series([name(value) for value in distinct.tolist()], dtype=pl.String)
     return names.gather(pl.Series(places.astype(np.uint32)))

@@ -29,7 +29,7 @@ class RecentRecords:
     def __init__(self, window_s: float, capacity: int = CAPACITY) -> None:
         self._window_s = window_s
         self._keys = np.zeros(capacity, dtype=np.int64)
-        self._received_s = np.full(capacity, -np.inf)
+        self._received_s = np.zeros(capacity)
 
     def copies(self, reports: Timed) -> Flags:
         """Return which reports are duplicates; retain all of them."""
@@ -71,4 +71,4 @@ class RecentRecords:
 
     def clear(self) -> None:
         """Discard all records."""
-        self._received_s[:] = -np.inf
+        self._keys[:] = 0

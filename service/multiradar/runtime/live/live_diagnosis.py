@@ -107,7 +107,7 @@ class LiveDiagnosis:
     def use(self, sensors: SensorTable) -> None:
         """Start over with other sensors, without findings about those that changed."""
         with self._lock:
-            names = {*self._sensors.ids, *sensors.ids}
+            names = {*self._sensors.ids, *sensors.ids} if sensors is not self._sensors else set()
             changed = {
                 name
                 for name in names

@@ -274,11 +274,10 @@ class Processor:
         self.moved_s = None
 
     def _reset(self) -> None:
-        self._engine = self._open_engine()
+        self._engine, self._is_used = self._open_engine(), False
         self._digest = OutputDigest()
         self._origins = Origins()
-        self._states = None
-        self._data_time_s = None
+        self._states = self._data_time_s = None
         self._updates = 0
         #: The sensors after the last entry that was processed, and their descriptions if changed.
         self.sensors = self._first_sensors
@@ -322,7 +321,6 @@ class Processor:
                     self._journal.skip(sequence, repr(failure.cause))
                 rows_max = 1
             else:
-                # The last entries may be among the skipped ones.
                 self.processed = until
                 return
         raise PipelineError(
@@ -374,6 +372,7 @@ class Processor:
     # Continue from a snapshot, if there is one.
     def _restore(self) -> None:
         if self._snapshots is not None:
+            self._is_used = True
             self.processed = self._snapshots.restore(
                 self._journal, self.skipped, self._holders, self._publication, self._start_over
             )
@@ -381,9 +380,10 @@ class Processor:
             self._journal.verify_pages()  # beside the service only what a snapshot covers
 
     def _start_over(self) -> None:
-        with self._lock:
-            self._engine.close()
-            self._reset()
+        if self._is_used:
+            with self._lock:
+                self._engine.close()
+                self._reset()
         self._publication.use(self.sensors.table)
         self._publication.restart()
 
@@ -404,6 +404,7 @@ class Processor:
         return own | self._publication.parts
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
+        self._is_used = True
         if self._is_set_back(group):
             self._data_time_s = group[0].clock_s
             return self._engine.restart()
@@ -435,9 +436,8 @@ class Processor:
 
     # Whether an operator has set the data clock to an earlier time.
     def _is_set_back(self, group: Sequence[Journalled]) -> bool:
-        if group[0].kind is not EntryKind.CLOCK or self._data_time_s is None:
-            return False
-        return group[0].clock_s < self._data_time_s
+        known_s = -math.inf if self._data_time_s is None else self._data_time_s
+        return group[0].kind is EntryKind.CLOCK and group[0].clock_s < known_s
 
     # Record the rejected rows of these entries, and the duplicates found by the engine.
     def _quarantine(self, group: Sequence[Journalled], output: EngineOutput) -> None:

@@ -52,6 +52,7 @@ from multiradar_schemas.sensors.sensor import SensorsFile
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
 
+_VERSION = version("multiradar")
 # Before the start, and when it has ended, a failure is an exception.
 _UNABLE = (ServiceState.STOPPED, ServiceState.RECOVERING)
 
@@ -127,7 +128,6 @@ class Service:
         self._accounting = Accounting()
         self._intake = Intake(self._limits, threads, self._clock)
         self._backlog = Backlog(self._limits.backlog_rows_max, threads)
-        self._version = version("multiradar")
         self._state = ServiceState.STOPPED
         self._start_step = ""
         self._changing = threading.Lock()
@@ -455,7 +455,7 @@ class Service:
         return {
             "state": str(self.state),
             "failure": None if failure is None else failure.for_clients,
-            "version": self._version,
+            "version": _VERSION,
             **asdict(self._accounting),
             **self.role(),
             "journal_sequence": self._followed if writer is None else writer.head,

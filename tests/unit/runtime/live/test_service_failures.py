@@ -271,6 +271,24 @@ def test_a_stopped_service_accepts_nothing() -> None:
     assert service.view.status()["state"] == "stopped"
 
 
+def test_a_start_without_a_snapshot_opens_one_engine() -> None:
+    opened: list[FakeEngine] = []
+
+    def open_engine() -> FakeEngine:
+        opened.append(FakeEngine())
+        return opened[-1]
+
+    service = Service(
+        open_journal=MemoryJournal,
+        open_engine=open_engine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    service.start()
+    service.stop()
+    assert len(opened) == 1
+
+
 def iter_events(poll: Callable[[int], Sequence[object]]) -> list[Any]:
     """Poll until there are no events."""
     found: list[Any] = []

@@ -220,6 +220,16 @@ def test_copies_are_found_as_a_plain_search_finds_them(seed: int) -> None:
     assert found == expected
 
 
+@pytest.mark.parametrize("same", [-7046029254386353131, 0])
+def test_any_record_is_a_copy_only_of_itself(same: int) -> None:
+    # The first of them has the key 0.
+    recent, none = RecentRecords(1.0, capacity=8), np.zeros(1, np.int64)
+    for again in (False, True):
+        assert recent.repeated(none + same, none, np.zeros(1), np.ones(1)).tolist() == [again]
+    recent.clear()
+    assert not recent.repeated(none + same, none, np.zeros(1), np.ones(1)).any()
+
+
 def test_where_there_are_too_many_the_oldest_is_discarded() -> None:
     recent = RecentRecords(1.0, capacity=8)
     keys, none = np.arange(12), np.zeros(12, np.int64)
