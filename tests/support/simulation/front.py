@@ -1,6 +1,7 @@
 """The HTTP application in virtual time: one application for all processes of all runs."""
 
 import asyncio
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any, cast
@@ -35,11 +36,24 @@ ROWS_MAX = 200
 BODY_DEADLINE_S = 5.0
 
 
-class VirtualLoop(asyncio.SelectorEventLoop):
-    """An event loop in virtual time that never waits."""
+class _NoFiles:
+    # The selector of a loop without files and sockets: none is ever ready.
+
+    def select(self, _timeout: float | None) -> list[Any]:
+        return []
+
+
+class VirtualLoop(asyncio.BaseEventLoop):
+    """An event loop in virtual time that never waits, and has no files."""
+
+    # Of the base class: callbacks that are ready, timers, and how early one may be called, s.
+    _ready: deque[asyncio.Handle]
+    _scheduled: list[asyncio.TimerHandle]
+    _clock_resolution: float
 
     def __init__(self, clock: Clock) -> None:
         self._virtual = clock
+        self._selector = _NoFiles()
         super().__init__()
 
     def time(self) -> float:
@@ -65,12 +79,16 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def pump(self) -> None:
         """Run what can run, and timers that are due."""
+        due_s = self._virtual.monotonic_s() + self._clock_resolution
         for _ in range(1000):
+            if not self._ready and not (self._scheduled and self._scheduled[0].when() < due_s):
+                return
             self.call_soon(self.stop)
             self.run_forever()
-            if not self._ready:  # type: ignore[attr-defined]
-                return
         raise AssertionError("the event loop never comes to rest")
+
+    def _process_events(self, _events: list[Any]) -> None:
+        pass
 
 
 class Current:

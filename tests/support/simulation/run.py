@@ -19,6 +19,8 @@ from support.simulation.world import World
 
 #: New objects after which the garbage of a run is collected before its end.
 COLLECTED_OBJECTS = 200_000
+#: Runs after which all modules, kernels and caches are in memory.
+LOADING_RUNS = 5
 
 
 @dataclass(slots=True)
@@ -74,15 +76,16 @@ class Simulator:
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
         self._clock = VirtualClock(START_S)
         self._front = Front(self._clock)
-        # What is there before the runs is never garbage. The collector looks for that of a run
-        # after it, and during it where there is much.
-        gc.collect()
-        gc.freeze()
+        self._runs = 0
+        # The collector looks for the garbage of a run after it, and during it where there is much.
         gc.set_threshold(COLLECTED_OBJECTS)
+        _keep()
 
     def run(self, seed: int, names: tuple[str, ...] = (), *, dry: bool = False) -> Outcome:
         """Run a seed, with the faults that it draws or with these; if dry, only draw them."""
         outcome = Outcome(runs=1)
+        if self._runs == LOADING_RUNS and not dry:
+            _keep()
         world = World(seed, self._front, self._clock)
         faults = drawn(world, names)
         rows = sorted({fault.row for fault in faults})
@@ -91,6 +94,7 @@ class Simulator:
         if dry:
             world.machine.folder.rmdir()
             return outcome
+        self._runs += 1
         named = ", ".join(fault.name for fault in faults)
         try:
             with contextlib.suppress(Detected):
@@ -106,6 +110,12 @@ class Simulator:
         outcome.migrations += world.record.migrations
         outcome.detected.update(world.record.detected)
         return outcome
+
+
+def _keep() -> None:
+    # What is there between runs is never garbage.
+    gc.collect()
+    gc.freeze()
 
 
 _simulators: list[Simulator] = []
