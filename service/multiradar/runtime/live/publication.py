@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol
 
-import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.clock import Clock, SystemClock
@@ -223,11 +222,9 @@ class Publication:
         """Rows that are only ever appended, by name."""
         return {**self._known.logs, **self._events.logs}
 
-    def refill(self) -> None:
-        """Make the events again, after the logs were refilled."""
-        logs = self._known.logs
-        history, biases = logs["history"], logs["biases"]
-        self._events.refill(_all_rows(history), _all_rows(biases))
+    def refill(self, rows: Mapping[str, NDArray[Any]]) -> None:
+        """Make the events again, after the logs were refilled with rows."""
+        self._events.refill(rows["history"], rows["biases"])
 
     def restart(self) -> None:
         """Discard everything: the journal is replayed from the start."""
@@ -238,7 +235,3 @@ class Publication:
             self._regions.clear()
         for reader in self._readers:
             reader.restart()
-
-
-def _all_rows(log: RowLog) -> NDArray[np.void]:
-    return log.rows(max(log.appended - log.capacity, 0), log.appended)

@@ -52,8 +52,8 @@ class Tables(Protocol):
         """The tables of rows, by name."""
         ...
 
-    def refill(self) -> None:
-        """Use the rows of all tables, which were refilled."""
+    def refill(self, rows: Mapping[str, NDArray[Any]]) -> None:
+        """Use the rows of all tables, which were refilled with them."""
         ...
 
 
@@ -299,7 +299,7 @@ class Snapshots:
                     restore_state(holder, snapshot.states[name])
                 for name, log in tables.logs.items():
                     log.refill(snapshot.tables[name][0].first, rows[name])
-                tables.refill()
+                tables.refill(rows)
             except (KeyError, StateError, TypeError, ValueError) as error:
                 self._reject(path, error)
                 restart()
