@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.diagnosis.columns import SIGNED_MAX_DEG, SIGNED_MIN
 from multiradar.diagnosis.cross_sensor.agreement import Agreement, best_site, polar_agreement
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
 from multiradar.diagnosis.cross_sensor.explanations import BEYOND_MAX, CIRCLE_MAX_RAD
@@ -38,7 +37,14 @@ from multiradar.diagnosis.dumps.cut_files import check_last_lines, check_truncat
 from multiradar.diagnosis.dumps.references import check_references
 from multiradar.diagnosis.dumps.tables import COLUMNS as TABLE_COLUMNS
 from multiradar.diagnosis.dumps.tables import check_tables
-from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
+from multiradar.diagnosis.evidence import (
+    COLUMNS,
+    GAP_MIN_S,
+    GAPS_MAX,
+    ROWS_MAX,
+    Evidence,
+    Source,
+)
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.reported_motion import COLUMNS as MOTION_COLUMNS
@@ -47,6 +53,8 @@ from multiradar.diagnosis.motion.reports import check_reports
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
+from multiradar.diagnosis.same_aircraft.pauses import check_pauses
+from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.reject import RejectCode
@@ -107,7 +115,7 @@ def diagnose_conversion(
         # A part of the rows has any times.
         found += [*check_times(sources), *check_gaps(sources)]
     # The check of the files names the truncated one.
-    ends = [] if found else check_ends(sources)
+    ends = [] if found else [*check_ends(sources), *check_pauses(sources)]
     found += [one for one in ends if one.severity == "error"]
     read = sum(source.read for source in sources.values())
     azimuths_deg = _rejected_azimuths(measurements.parent / REJECTS_FILE)
@@ -229,16 +237,20 @@ def _sources(measurements: Path) -> dict[str, Source]:
         time_s = pl.col("time_s")
         ends = rows.select(time_s.min().alias("first"), time_s.max().alias("last"), pl.len())
         source.first_s, source.last_s, source.read = ends.collect().row(0)
-        source.gap_s, source.gap_from_s = _longest_gap(rows)
+        source.gap_s, source.gap_from_s, source.gaps = _gaps(rows)
         found[str(name)] = source
     return found
 
 
-def _longest_gap(rows: pl.LazyFrame) -> tuple[float, float]:
+# The longest gap, when it starts, and all of `GAP_MIN_S` or more.
+def _gaps(rows: pl.LazyFrame) -> tuple[float, float, dict[float, float]]:
     times = rows.select(pl.col("time_s").unique().sort()).collect()["time_s"].to_numpy()
     gaps = np.diff(times)
-    number = int(gaps.argmax()) if len(gaps) else 0
-    return (float(gaps[number]), float(times[number])) if len(gaps) else (0.0, np.nan)
+    if not len(gaps):
+        return 0.0, np.nan, {}
+    longest = np.argsort(-gaps, kind="stable")[:GAPS_MAX].tolist()
+    found = {float(times[one]): float(gaps[one]) for one in longest if gaps[one] >= GAP_MIN_S}
+    return float(gaps[longest[0]]), float(times[longest[0]]), found
 
 
 def _rejected_azimuths(file: Path) -> list[float]:

@@ -28,6 +28,9 @@ ROWS_MAX = 20_000
 TRACKED_MAX = 100_000
 SOURCES_MAX = 256
 
+#: Times without measurements of a source that are retained, s, and their number.
+GAP_MIN_S, GAPS_MAX = 60.0, 32
+
 #: Columns that a diagnosis uses.
 COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
@@ -60,6 +63,8 @@ class Source:
         The first measurements.
     gap_s, gap_from_s : float
         Longest time between successive measurements, and when it starts, s.
+    gaps : dict
+        The longest of these times, of `GAP_MIN_S` or more, by their start, s.
     reasons : dict
         Sentence of the first rejected measurement by code.
     spread : bool
@@ -74,6 +79,7 @@ class Source:
     kept: list[pl.DataFrame] = field(default_factory=list)
     gap_s: float = 0.0
     gap_from_s: float = np.nan
+    gaps: dict[float, float] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     spread: bool = False
     _every: int = 1
@@ -111,6 +117,11 @@ class Source:
         gaps = np.diff(ordered)
         if len(gaps) and gaps.max() > self.gap_s:
             self.gap_s, self.gap_from_s = float(gaps.max()), float(ordered[gaps.argmax()])
+        for row in np.flatnonzero(gaps >= GAP_MIN_S).tolist():
+            self.gaps[float(ordered[row])] = float(gaps[row])
+        if len(self.gaps) > GAPS_MAX:
+            longest = sorted(self.gaps, key=lambda one: -self.gaps[one])[:GAPS_MAX]
+            self.gaps = {one: self.gaps[one] for one in longest}
 
     def plots(self) -> pl.DataFrame:
         """Return the plots that are retained, by time; columns `COLUMNS`."""

@@ -10,11 +10,6 @@ import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
-from multiradar.diagnosis.alone import check_alone
-from multiradar.diagnosis.columns import (
-    check_codes,
-    check_time_rate,
-)
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.clocks import check_clock, check_late_positions
 from multiradar.diagnosis.cross_sensor.comparison import (
@@ -30,7 +25,6 @@ from multiradar.diagnosis.cross_sensor.explanations import (
 )
 from multiradar.diagnosis.cross_sensor.heights import (
     HEIGHT_CODE,
-    check_height_offset,
     check_heights,
     of_heights,
 )
@@ -40,7 +34,6 @@ from multiradar.diagnosis.cross_sensor.identities import (
     check_other_rows,
     check_paths,
     check_split_radars,
-    check_track_numbers,
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
@@ -50,14 +43,12 @@ from multiradar.diagnosis.cross_sensor.offsets import (
     check_offsets,
 )
 from multiradar.diagnosis.cross_sensor.plausibility import (
-    SPARSE_CODE,
     SPEED_MAX_MPS,
     SPEED_MIN_MPS,
     aircraft_of,
     check_nearer_than_height,
     check_range_unit,
     check_scan_period,
-    check_sparse,
     median_speed,
 )
 from multiradar.diagnosis.cross_sensor.radar_groups import grouped
@@ -71,6 +62,18 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
+from multiradar.diagnosis.same_aircraft.height_levels import check_height_levels
+from multiradar.diagnosis.same_aircraft.identities_compared import (
+    check_addresses,
+    check_track_numbers,
+)
+from multiradar.diagnosis.same_aircraft.pauses import TIMES_JUMP, check_pauses
+from multiradar.diagnosis.single_sensor.alone import check_alone
+from multiradar.diagnosis.single_sensor.columns import (
+    check_codes,
+    check_time_rate,
+)
+from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE, check_detections
 from multiradar.diagnosis.sites import check_displaced
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
@@ -101,7 +104,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     if rate is not None:
         # Speeds, scans and gaps of all sensors would have other causes.
         return [*found, rate]
-    found += [*check_times(evidence.sources), *check_gaps(evidence.sources)]
+    found += _check_times(evidence)
     found += loss_checks.check_copied_sensors(evidence)
     named = {one.sensor_id for one in found}
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
@@ -113,6 +116,8 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     # Wrong identities would be compared with those of other sensors.
     if numbers := check_track_numbers(comparison, evidence.sensors.ids, named):
         return [*found, *numbers]
+    found += check_addresses(comparison, evidence.sensors.ids, named)
+    named = {one.sensor_id for one in found}
     found += [one for one in check_codes(evidence) if one.sensor_id not in named]
     named = {one.sensor_id for one in found}
     compared = [one for one in comparison.numbers if evidence.sensors.ids[one] not in named]
@@ -133,12 +138,24 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     found += _placeholders(evidence, comparison, {one.sensor_id for one in found})
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
-    return [*found, *check_ends(evidence.sources)] if not _have_other_times(found) else found
+    return [*found, *_check_ends(evidence, found)]
+
+
+def _check_times(evidence: Evidence) -> list[Diagnosis]:
+    found = [*check_times(evidence.sources), *check_gaps(evidence.sources)]
+    jumps = [] if found else check_pauses(evidence.sources)
+    return [*found, *(one for one in jumps if one.code == TIMES_JUMP)]
+
+
+def _check_ends(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Diagnosis]:
+    if _have_other_times(found):
+        return []
+    return [*check_ends(evidence.sources), *check_pauses(evidence.sources)]
 
 
 # Times that differ or jump end at other times, too.
 def _have_other_times(found: Sequence[Diagnosis]) -> bool:
-    return any(one.code in ("times_apart", "times_jump", "time_unit") for one in found)
+    return any(one.code in ("times_apart", TIMES_JUMP, "time_unit") for one in found)
 
 
 # A radar that alternates between two identifiers lacks the plots of the other one.
@@ -180,6 +197,19 @@ def _check_against_others(
     for number in numbers:
         pairs = comparison.pairs(number, numbers)
         seen[number] = comparison.agreement(number, pairs), pairs
+    # Positions by wrong heights disturb all other comparisons.
+    levels = check_height_levels(comparison, {one: seen[one][1] for one in numbers}, names)
+    return levels or _check_places(evidence, comparison, numbers, seen)
+
+
+# Sites, clocks and units by the positions of the same aircraft.
+def _check_places(
+    evidence: Evidence,
+    comparison: Comparison,
+    numbers: list[int],
+    seen: dict[int, tuple[Agreement, Pairs]],
+) -> list[Diagnosis]:
+    names = evidence.sensors.ids
     turned = check_common_azimuth(evidence)
     if turned and _are_more_than_two(evidence.sensors, turned):
         # Displaced sites would explain it, too, but by more numbers.
@@ -337,8 +367,6 @@ def _check_agreeing(
             check_late_positions(comparison, number, name, pairs),
             noise.check_position_spread(sensors, number, agreement.spread),
         )
-    radars = [int(one) for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(one)]
-    found = found or first_of(check_height_offset(comparison, name, number, pairs, radars))
     if found:
         return found
     wrong = check_registration(comparison, number, agreement, pairs)
@@ -400,7 +428,7 @@ def _check_losses(
 
 def _scans(comparison: Comparison, name: str, number: int) -> Diagnosis | None:
     plots, period_s = comparison.plots(number), comparison.period_s(number)
-    return check_scan_period(name, plots, period_s) or check_sparse(
+    return check_scan_period(name, plots, period_s) or check_detections(
         name, plots, comparison.site(number), period_s
     )
 

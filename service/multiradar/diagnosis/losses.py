@@ -21,6 +21,8 @@ _MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
 READ_MIN = 20
+#: A value that this fraction of the plots has was not measured.
+SAME_MIN = 1.0 - LOST_MAX
 #: Reject codes of values that are never correct; above this fraction they cause a warning.
 VALUE_CODES = (
     RejectCode.NON_FINITE, RejectCode.MISSING_FIELD, RejectCode.NOT_A_NUMBER, RejectCode.WRONG_TYPE,

@@ -80,10 +80,10 @@ class Plots(Rows):
 def plots_of(frame: pl.DataFrame) -> Plots:
     """Return the plots of a frame of `Source.plots`."""
     numbers = ("time_s", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
-    code = pl.col("mode_3a").str.to_integer(base=8, strict=False)
+    code = pl.col("mode_3a").cast(pl.String).str.to_integer(base=8, strict=False)
     keys = frame.select(
         pl.col("track_number"),
-        pl.col("mode_s_address").str.to_integer(base=16, strict=False),
+        pl.col("mode_s_address").cast(pl.String).str.to_integer(base=16, strict=False),
         pl.when(~code.is_in(CONSPICUITY)).then(code),
     )
     return Plots(

@@ -25,8 +25,6 @@ GAP_MAX_S = 43_200.0
 #: A source ends early if it does so by this time, s, by this fraction of the recording and by so
 #: many times its longest gap; shorter recordings are not examined, s.
 ENDS_MIN_S, ENDS_MIN, ENDS_GAPS, ENDS_SPAN_MIN_S = 30.0, 0.02, 3.0, 300.0
-#: Time without measurements of any source that is reported, s.
-PAUSE_MIN_S = 300.0
 #: A larger missing fraction is an error, if there were so many aircraft that not all have landed.
 ENDS_MISSING_MAX, ENDS_AIRCRAFT_MIN = 1.0 / 3.0, 5
 
@@ -97,7 +95,7 @@ def _jump(name: str, source: Source, *, positions: bool) -> Diagnosis:
 
 
 def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    """Return the sources that end long before the others, or start long after them, and pauses.
+    """Return the sources that end long before the others, or start long after them.
 
     A radar that is switched off ends alone: a warning. If all sources of a kind end together and
     more than a third of the time is missing, a file is probably truncated: an error.
@@ -135,7 +133,7 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
         if one.first_s - first_s > _pause_max_s(one, whole_s)
         and last_s - one.last_s <= _pause_max_s(one, whole_s)
     ]
-    return [*found, *(_starts(timed, name) for name in sorted(late)), *_pause(timed)]
+    return [*found, *(_starts(timed, name) for name in sorted(late))]
 
 
 def _starts(sources: Mapping[str, Source], name: str) -> Diagnosis:
@@ -148,24 +146,6 @@ def _starts(sources: Mapping[str, Source], name: str) -> Diagnosis:
         "file is missing; check that the recording is complete",
         "warning",
     )
-
-
-# Time in which no source has measurements.
-def _pause(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    # NaN if one has no gap.
-    begin_s = float(np.max([one.gap_from_s for one in sources.values()]))
-    end_s = float(np.min([one.gap_from_s + one.gap_s for one in sources.values()]))
-    if not end_s - begin_s >= PAUSE_MIN_S:
-        return []
-    return [
-        Diagnosis(
-            "",
-            "pause",
-            f"no sensor has measurements from {utc(begin_s)} to {utc(end_s)}: probably a missing "
-            "file, or a recorder that was stopped; check that the recording is complete",
-            "warning",
-        )
-    ]
 
 
 # Time without measurements that is usual for a source, s.

@@ -184,4 +184,14 @@ def on_the_ground(one: Recording, name: str) -> Recording:
     return replace(one, frame=one.frame.with_columns(pl.Series("range_m", ranges)))
 
 
+def with_reports(one: Recording) -> Recording:
+    """Return a recording with ADS-B reports at the times of the plots of the second radar."""
+    nothing = pl.lit(None, pl.Float64)
+    reports = one.frame.filter(sensor_id="2-10").with_columns(
+        sensor_id=pl.lit("adsb"), kind=pl.lit("adsb"), range_m=nothing, azimuth_deg=nothing
+    )
+    adsb = Sensor(id="adsb", kind="adsb")
+    return Recording(pl.concat([one.frame, reports]).sort("time_s"), (*one.sensors, adsb))
+
+
 Edit = Callable[[Recording], Recording]

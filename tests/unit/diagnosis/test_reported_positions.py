@@ -5,21 +5,10 @@ import re
 import polars as pl
 import pytest
 
-from multiradar_schemas.sensors.sensor import Sensor
-from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, Recording, recording
+from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, Recording, recording, with_reports
 
 NAME = "1-10"
 SITE = RADARS[NAME][0]
-
-
-def with_reports(one: Recording) -> Recording:
-    """Return a recording with ADS-B reports at the times of the plots of the second radar."""
-    nothing = pl.lit(None, pl.Float64)
-    reports = one.frame.filter(sensor_id="2-10").with_columns(
-        sensor_id=pl.lit("adsb"), kind=pl.lit("adsb"), range_m=nothing, azimuth_deg=nothing
-    )
-    adsb = Sensor(id="adsb", kind="adsb")
-    return Recording(pl.concat([one.frame, reports]).sort("time_s"), (*one.sensors, adsb))
 
 
 LATITUDE, LONGITUDE = pl.col("latitude_deg"), pl.col("longitude_deg")

@@ -1,10 +1,10 @@
 """Times of one source in another unit, and what is no gap."""
 
-import numpy as np
 import polars as pl
 import pytest
 
 from multiradar.diagnosis.evidence import COLUMNS, Source
+from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 
 START_S = 1_533_110_400.0
@@ -134,5 +134,6 @@ def test_a_pause_of_all_sensors_causes_a_warning(last_gap_s: float, codes: list[
         for name, gap_s in (("1-10", 500.0), ("2-10", last_gap_s))
     }
     for one in sources.values():
-        one.gap_from_s = 600.0 if one.gap_s else np.nan
-    assert [one.code for one in check_ends(sources)] == codes
+        one.gaps = {START_S + 600.0: one.gap_s} if one.gap_s else {}
+    found = check_pauses(sources)
+    assert [(one.code, one.severity) for one in found] == [(one, "warning") for one in codes]

@@ -166,9 +166,9 @@ class Comparison:
             return found
         return joined(recorded_pairs(plots), found)
 
-    def numbered_paths(self, number: int) -> Paths:
-        """Return the paths of a sensor as configured, by its track numbers."""
-        return self._named_paths(number, 0, as_given, {})
+    def paths_by(self, number: int, key: int) -> Paths:
+        """Return the paths of a sensor as configured, by one of `KEYS`."""
+        return self._named_paths(number, key, as_given, {})
 
     def agreement(self, number: int, pairs: Pairs) -> Agreement:
         """Return how well a sensor, as configured, agrees."""

@@ -12,11 +12,9 @@ from multiradar.diagnosis.cross_sensor.hypotheses import as_given
 from multiradar.diagnosis.cross_sensor.references import (
     Pairs,
     are_named,
-    candidate_pairs,
     common_key,
 )
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import (
     KEYS,
     Booleans,
@@ -50,10 +48,6 @@ SHIFTED_MORE_MIN, UNEXPLAINED_MAX = 0.3, 0.1
 #: error: fewer are addresses or numbers that two aircraft share.
 STEP_MPS, STEP_M, STEP_MAX_S, STEPS_MIN = 700.0, 5000.0, 30.0, 100
 JUMPS_MIN, JUMPING_MIN, JUMPING_PLOTS_MIN = 0.03, 0.5, 10
-#: Track numbers of two sensors differ if at most this fraction of the plots of one has the number
-#: of the nearest path of the other, within this distance, m, and the plots of a number are so often
-#: on one path. Least number of numbers.
-SAME_NUMBER_MAX, PATH_M, ON_PATH_MIN, NUMBERS_MIN = 0.25, 5000.0, 0.7, 5
 #: Reflections come from farther away than the aircraft: fraction of single plots off the path that
 #: do, and their number, at least. Of plots of other aircraft half do; of 30 % reflections 86 %.
 FARTHER_MIN, FARTHER_PLOTS_MIN = 0.75, 20
@@ -254,83 +248,6 @@ def _cells(plots: Plots, site: Site | None) -> float:
 def _numbers(values: Floats, width: float) -> Floats:
     found: Floats = np.floor((values - values.min(axis=0, initial=np.inf)) / width)
     return found
-
-
-def check_track_numbers(
-    comparison: Comparison, names: tuple[str, ...], named: Collection[str]
-) -> list[Diagnosis]:
-    """Diagnose track numbers that differ between sensors, such as those of each radar.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The plots.
-    names : tuple of str
-        Identifiers of the sensors.
-    named : collection of str
-        Sensors with a diagnosis, which are not compared.
-
-    Returns
-    -------
-    list of Diagnosis
-        For each sensor whose numbers are not those of the most sensors.
-    """
-    numbered = [
-        one
-        for one in comparison.numbers
-        if names[one] not in named and (comparison.plots(one).keys[:, 0] >= 0).any()
-    ]
-    differ = {
-        (first, later)
-        for first, later in combinations(numbered, 2)
-        if _are_numbered_otherwise(comparison, first, later)
-    }
-    if not differ:
-        return []
-    others = {one: sum(one in pair for pair in differ) for one in numbered}
-    right = [one for one in numbered if others[one] == min(others.values())]
-    wrong = [one for one in numbered if others[one] > min(others.values())] or numbered[1:]
-    than = listed([names[one] for one in right if one not in wrong])
-    return [
-        Diagnosis(
-            names[one],
-            "track_numbers",
-            f"{names[one]}: its track numbers (track_number) are not those of {than} for the same "
-            "aircraft: it probably numbers its own tracks, so that each aircraft is tracked twice; "
-            "leave track_number empty for sensors without the track numbers of a common system",
-        )
-        for one in wrong
-    ]
-
-
-# Whether the aircraft of one sensor have other numbers in the other, each always the same.
-def _are_numbered_otherwise(comparison: Comparison, first: int, later: int) -> bool:
-    plots = comparison.tested(first)
-    numbers = plots.keys[:, 0]
-    paths = comparison.numbered_paths(later)
-    site = comparison.site_of_radar(first)
-    pairs = candidate_pairs(plots, paths, 0.0)
-    displaced_m = positions(plots, site)[pairs.plot] - pairs.position_m
-    apart_m = np.linalg.norm(displaced_m, axis=1)
-    name_of_path = np.full(int(paths.path.max(initial=-1)) + 1, -1)
-    name_of_path[paths.path] = paths.name
-    alike = displaced_m[name_of_path[pairs.name] == numbers[pairs.plot]]
-    if len(alike) >= TESTED_MIN:
-        off_m = np.linalg.norm(alike - np.median(alike, axis=0), axis=1)
-        if np.median(off_m) <= PATH_M:
-            # The same aircraft, displaced by a wrong site.
-            return False
-    order = np.lexsort((apart_m, pairs.plot))
-    order = order[(apart_m[order] <= PATH_M) & (numbers[pairs.plot[order]] >= 0)]
-    nearest = order[np.flatnonzero(np.diff(pairs.plot[order], prepend=-1))]
-    own, path = numbers[pairs.plot[nearest]], pairs.name[nearest]
-    if len(own) < TESTED_MIN or len(np.unique(own)) < NUMBERS_MIN:
-        return False
-    if np.mean(name_of_path[path] == own) > SAME_NUMBER_MAX:
-        return False
-    counts = pl.DataFrame({"own": own, "path": path}).group_by("own", "path").len()
-    most = counts.group_by("own").agg(pl.col("len").max())
-    return int(most["len"].sum()) >= ON_PATH_MIN * len(own)
 
 
 def check_split_radars(comparison: Comparison, names: tuple[str, ...]) -> list[Diagnosis]:

@@ -19,6 +19,9 @@ SURELY = 0.9997
 SCANS_MIN = 3.0
 #: Periods within this of each other are the same.
 PERIOD_WITHIN = 0.1
+#: A configured period is wrong if it differs by more than this from the rotation, or from the time
+#: between the plots of an aircraft.
+_ROTATION_WITHIN, _BETWEEN_WITHIN = 0.04, 0.07
 #: The median speed of aircraft lies in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
 #: The farthest plot of a radar is beyond this fraction of its instrumented range, and no plot is
@@ -52,11 +55,8 @@ _SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 _BELOW_M = 300.0
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
-#: Rows are missing if half of the plots of an aircraft follow the previous one after so many scans
-#: or more: a probability of detection below 0.3. Shortest gap, in scans: a copy is no scan. Gaps in
-#: which an aircraft is followed, in scans, and largest speed between its plots, m/s.
-_SPARSE_SCANS_MIN, _COPY_SCANS, _FOLLOWED_SCANS, _SPARSE_SPEED_MPS = 2.5, 0.3, 60.0, 400.0
-SPARSE_CODE = "plots_missing"
+#: Quartiles of times between plots that are equal, as a fraction.
+_EQUAL_WITHIN = 0.03
 #: No antenna of a surveillance radar rotates more slowly, s.
 _SLOWEST_S = 20.0
 #: Pairs of columns that may be exchanged: the first ends at the first number, and the median of the
@@ -123,62 +123,19 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
     found = rotation(plots.time_s, azimuth)
     if not _rotates(found, plots.time_s):
         between_s = _between_plots(plots)
-        if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6 or between_s > _SLOWEST_S:
+        near = abs(between_s / configured_s - 1.0) <= _BETWEEN_WITHIN
+        if np.isnan(between_s) or near or between_s > _SLOWEST_S:
             return None
         return _of_period(name, configured_s, between_s, "the plots of an aircraft repeat every")
     if found.period_s < 0.0:
         return None
     at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
-    if abs(found.period_s / configured_s - 1.0) <= PERIOD_WITHIN or not _closer(
+    if abs(found.period_s / configured_s - 1.0) <= _ROTATION_WITHIN or not _closer(
         found, at, plots.time_s
     ):
         return None
     return _of_period(
         name, configured_s, found.period_s, "the azimuths of the plots complete a revolution in"
-    )
-
-
-def check_sparse(name: str, plots: Plots, site: Site, configured_s: float) -> Diagnosis | None:
-    """Diagnose plots of which most are missing: aircraft are seen once in several scans.
-
-    Parameters
-    ----------
-    name : str
-        The radar.
-    plots : Plots
-        Its plots.
-    site : Site
-        Its site, rad and m.
-    configured_s : float
-        The configured scan period, s; NaN where unknown.
-    """
-    found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
-    measured = _rotates(found, plots.time_s)
-    period_s = abs(found.period_s) if measured else configured_s
-    aircraft = aircraft_of(plots)
-    order = np.lexsort((plots.time_s, aircraft))
-    order = order[aircraft[order] >= 0]
-    of = aircraft[order]
-    scans = np.diff(plots.time_s[order]) / period_s
-    seen = (of[1:] == of[:-1]) & (scans > _COPY_SCANS)
-    if np.count_nonzero(seen) < TESTED_MIN or not np.median(scans[seen]) >= _SPARSE_SCANS_MIN:
-        return None
-    # Numbers and codes of other aircraft would be far apart.
-    azimuth = np.radians(plots.azimuth_deg)
-    where = located(site, plots.range_m, azimuth, plots.heights())[order]
-    near = seen & (scans <= _FOLLOWED_SCANS)
-    speed = np.linalg.norm(np.diff(where, axis=0), axis=1)[near] / (scans[near] * period_s)
-    if len(speed) < TESTED_MIN or not np.median(speed) <= _SPARSE_SPEED_MPS:
-        return None
-    every = float(np.mean(scans[near]))
-    by = "the azimuths of its plots" if measured else "rotation_period_s in the sensors file"
-    perhaps = "" if measured else ", or rotation_period_s is wrong"
-    return Diagnosis(
-        name,
-        SPARSE_CODE,
-        f"{name}: its aircraft are detected only once in about {every:.0f} scans (of "
-        f"{period_s:.3g} s by {by}): rows are probably missing from the recording (thinned or "
-        f"filtered){perhaps}; record every plot",
     )
 
 
@@ -189,6 +146,12 @@ def gaps_s(plots: Plots) -> Floats:
     same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
     gaps: Floats = np.diff(plots.time_s[order])[same]
     return gaps
+
+
+def rotation_of(plots: Plots) -> float:
+    """Return the scan period of a radar by the azimuths of its plots, s; NaN where unknown."""
+    found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
+    return abs(found.period_s) if _rotates(found, plots.time_s) else np.nan
 
 
 def measured_period(plots: Plots) -> float:
@@ -220,7 +183,7 @@ def _between_plots(plots: Plots) -> float:
         return np.nan
     low, middle = np.quantile(gaps, (0.25, 0.5))
     # The lower quartile and the median of the gaps are equal: that is one scan.
-    return float(middle) if middle - low <= 0.1 * middle else np.nan
+    return float(middle) if middle - low <= _EQUAL_WITHIN * middle else np.nan
 
 
 def _of_period(name: str, configured_s: float, found_s: float, what: str) -> Diagnosis:

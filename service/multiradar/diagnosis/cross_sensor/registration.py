@@ -14,7 +14,7 @@ import numpy as np
 
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
-from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, effects_at
+from multiradar.diagnosis.cross_sensor.effects import HEIGHT_SCALE, HEIGHTS_ALIKE_M, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.plots import Floats, Rows, Site, ground_range, located
@@ -45,6 +45,9 @@ _NEARNESS = (0.3, 5.0)
 #: of iterations, and the first step, m.
 HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
 _HEIGHT_STEPS, _HEIGHT_STEP_M = 4, 1000.0
+#: Aircraft whose heights are estimated, at least and at most, and largest standard deviation of
+#: an estimate that shows a height, m.
+_HEIGHTS_MIN, _HEIGHTS_MAX, _HEIGHT_SIGMA_MAX_M = 4, 24, 500.0
 #: Unit of a shift of the site in a fit, m: columns of one size, as those of the biases.
 _SHIFT_M = 1000.0
 
@@ -135,6 +138,46 @@ def check_registration(
         offset=(float(offset[0]), float(offset[1])),
         offset_sigma=(float(sigma[0]), float(sigma[1])),
     )
+
+
+def heights_differ(comparison: Comparison, number: int, pairs: Pairs) -> float:
+    """Return how far the true heights of aircraft that report one height are from each other.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    number : int
+        A radar.
+    pairs : Pairs
+        Positions by others, with the same height, named.
+
+    Returns
+    -------
+    float
+        Spread of the heights with which ranges and positions agree, m; 0 where one height of all
+        aircraft explains them as well, and NaN where the plots do not show it.
+    """
+    pairs = pairs.select(np.flatnonzero(np.isfinite(pairs.velocity_mps).all(axis=1)))
+    names, counts = np.unique(pairs.name, return_counts=True)
+    names = names[np.argsort(-counts, kind="stable")][:_HEIGHTS_MAX]
+    pairs = pairs.select(np.flatnonzero(np.isin(pairs.name, names)))
+    if pairs.size < PAIRS_MIN or len(names) < _HEIGHTS_MIN:
+        return np.nan
+    rows = _rows(comparison, number, pairs)
+    own = [rows.scaled * (pairs.name == one)[:, None, None] for one in names]
+    equations = Equations(rows.apart_m, np.concatenate([rows.biases, rows.flight, *own], axis=2))
+    known = range(rows.biases.shape[2] + 1)
+    plain = equations.fit(known)
+    fit = equations.fit([*known, *range(len(known), len(known) + len(own))])
+    step_m = float(np.median(rows.height_m)) * (HEIGHT_SCALE - 1.0)
+    heights_m, sigmas_m = fit.solution[-len(own) :] * step_m, fit.sigma[-len(own) :] * step_m
+    shown = sigmas_m <= _HEIGHT_SIGMA_MAX_M
+    if np.count_nonzero(shown) < _HEIGHTS_MIN:
+        return np.nan
+    spread_m = float(np.std(heights_m[shown]))
+    certain = fit.scale <= SMALLER * plain.scale and spread_m > _HEIGHT_SIGMA_MAX_M
+    return spread_m if certain else 0.0
 
 
 # The best fit with a time offset that changes; its last parameter is the change.

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from multiradar.diagnosis.columns import SAME_MIN
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.cross_sensor.plausibility import (
     CEILING_M,
@@ -12,7 +11,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     SPEED_MAX_MPS,
     SPEED_MIN_MPS,
 )
-from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.losses import LOST_MAX, SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported

@@ -89,8 +89,8 @@ def test_ranges_of_the_way_there_and_back_are_named(factor: float, word: str) ->
 @pytest.mark.parametrize(
     ("off_m", "words"),
     [
-        (-1600.0, "1600 m below the heights that most other radars report"),
-        (300.0, "300 m above the heights that most other radars report"),
+        (-1600.0, "1600 m below the heights that 2-10, 3-10 report"),
+        (300.0, "300 m above the heights that 2-10, 3-10 report"),
     ],
 )
 def test_heights_of_another_reference_are_named(off_m: float, words: str) -> None:

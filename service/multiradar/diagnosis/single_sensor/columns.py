@@ -1,6 +1,6 @@
 """Columns that are not filled as measured: one value for all, times or codes in another form."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import polars as pl
@@ -8,16 +8,12 @@ import polars as pl
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.cross_sensor.plausibility import PERIOD_WITHIN, gaps_s, measured_period
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.losses import SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted, listed
-from multiradar.diagnosis.noise import two_digits
 from multiradar.diagnosis.plots import CONSPICUITY, Floats, Plots
-from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar_schemas.documents.names import PER_SECOND
 
-#: A value that this fraction of the plots has was not measured.
-SAME_MIN = 1.0 - LOST_MAX
 #: Times in the unit, per second, and its name.
 TIME_UNITS = PER_SECOND | {"minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0, "days": 1.0 / 86_400.0}
 #: Unix times in seconds stay below this for 3000 years.
@@ -32,17 +28,11 @@ _RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
 _RATES_WITHIN = 0.02
 #: Speed for the effect of a coarse time, m/s.
 _SPEED_MPS = 250.0
-#: Steps of rounded columns, the largest first: whole and half kilometres, miles and degrees.
-_STEPS = {
-    "range_m": (10_000.0, 1852.0, 1000.0, 926.0, 500.0),
-    "azimuth_deg": (10.0, 5.0, 1.0, 0.5),
-    "latitude_deg": (1.0, 0.1, 0.01),
-}
-#: Length of a degree of latitude, m.
-_DEGREE_M = EARTH_RADIUS_M * float(np.radians(1.0))
 #: Codes of a sensor are those of other aircraft if at most this fraction of the tracks that it has
 #: in common with each other sensor has the same code; such tracks, and plots with a code in each.
 CODES_EQUAL_MAX, CODES_TRACKS_MIN, CODES_PLOTS_MIN = 0.25, 8, 3
+#: Numbers of codes to which codes may be truncated.
+_CODE_MODULI = (2048, 1024, 1000, 512, 256, 128, 100, 64, 8)
 #: Transformations of codes, octal digits, with what is wrong.
 _CODE_FORMS: dict[str, Callable[[str], str]] = {
     "decimal instead of octal numbers": lambda code: str(int(code, 8)).zfill(4),
@@ -185,46 +175,6 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
     )
 
 
-def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagnosis | None:
-    """Diagnose values rounded so much that this is their largest error.
-
-    Parameters
-    ----------
-    name : str
-        The sensor.
-    plots : Plots
-        Its plots.
-    sigmas : mapping
-        Configured standard deviation by column: `range_m` and `latitude_deg`, m, `azimuth_deg`,
-        degrees.
-    """
-    if plots.size < _RESOLUTION_PLOTS:
-        return None
-    for column, sigma in sigmas.items():
-        values: Floats = getattr(plots, column)
-        known = values[np.isfinite(values)]
-        steps = [one for one in _STEPS[column] if _are_multiples(known, one)]
-        # The standard deviation of a rounding error is the step over √12.
-        error = steps[0] / np.sqrt(12.0) if steps else 0.0
-        in_metres = error * _DEGREE_M if column == "latitude_deg" else error
-        if not in_metres > sigma or len(np.unique(known)) < TESTED_MIN:
-            continue
-        unit = "°" if column == "azimuth_deg" else " m"
-        step = f"{steps[0]:g}{unit if column == 'range_m' else '°'}"
-        return Diagnosis(
-            name,
-            "resolution",
-            f"{name}: its {column} is probably rounded: all values are multiples of {step}, which "
-            f"adds an error of {two_digits(in_metres)}{unit} (1 sigma), but the sigma in the "
-            f"sensors file is {sigma:g}{unit}; write the values as measured",
-        )
-    return None
-
-
-def _are_multiples(values: Floats, step: float) -> bool:
-    return bool((np.abs(values / step - np.round(values / step)) < 1e-6).all())
-
-
 def check_signed(name: str, plots: Plots) -> Diagnosis | None:
     """Diagnose azimuths from −180° to 180°, of which the negative ones are rejected."""
     azimuth = plots.azimuth_deg[np.isfinite(plots.azimuth_deg)]
@@ -333,6 +283,12 @@ def _code_form(pairs: pl.DataFrame) -> str:
         same = sum(form(other) == one for one, other in zip(own, others, strict=True))
         if same > 0.5 * len(own):
             return f"probably {what}"
+    for modulus in _CODE_MODULI:
+        same = sum(
+            int(other, 8) % modulus == int(one, 8) for one, other in zip(own, others, strict=True)
+        )
+        if same > 0.5 * len(own):
+            return f"probably truncated (modulo {modulus}, of 4096 codes)"
     if len(set(own)) == 1:
         return f"all are {own[0]}"
     if np.isin(own, others).mean() > 0.5:

@@ -2,13 +2,6 @@
 
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
-from multiradar.diagnosis.columns import (
-    check_constant,
-    check_rounded,
-    check_signed,
-    check_time_resolution,
-    check_time_unit,
-)
 from multiradar.diagnosis.cross_sensor.comparison import (
     Comparison,
 )
@@ -27,6 +20,13 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.plots import Plots, Site
+from multiradar.diagnosis.single_sensor.columns import (
+    check_constant,
+    check_signed,
+    check_time_resolution,
+    check_time_unit,
+)
+from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
 
 
 def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
@@ -58,7 +58,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
     sigmas = noise.sigmas(evidence, name)
     period_s = float(evidence.sensors.rotation_period_s[number])
     return first_of(
-        check_constant(name, plots),
+        check_limits(name, plots) or check_constant(name, plots),
         # Speeds and times between plots of an aircraft rely on its identity.
         check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),

@@ -1,0 +1,1 @@
+"""Heights and identities that sensors report for the same aircraft."""

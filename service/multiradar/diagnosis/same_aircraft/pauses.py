@@ -1,0 +1,215 @@
+"""Pauses of the recording, and jumps of the times, by the aircraft before and after them.
+
+An aircraft that flies on in the time without measurements shows that they are missing; if it is
+near the place where it was, the times have jumped.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from multiradar.diagnosis.evidence import Source
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.names import listed
+from multiradar.diagnosis.plots import KEYS, Floats, Plots, plots_of, reported
+from multiradar.diagnosis.times import utc
+
+#: Time without measurements of any source that is reported, s; shorter ones from the second on
+#: where aircraft fly on.
+PAUSE_MIN_S, FLOWN_MIN_S = 300.0, 90.0
+#: Time before and after, s, in which so many aircraft, and this fraction of those before, are seen.
+_BESIDE_S, _SAME_AIRCRAFT_MIN, _SAME_MIN = 60.0, 3, 0.5
+#: Measurements in a second of traffic that does not end at once.
+_RATE_MIN = 5.0
+#: The times have jumped if aircraft have flown for less than this fraction of the gap.
+_FLOWN_MAX = 0.1
+#: Time in which a speed is measured, s, and slower aircraft, m/s.
+_SPEED_S, _SPEED_MIN_MPS = 8.0, 40.0
+_HOUR_S, _WITHIN_S = 3600.0, 60.0
+TIMES_JUMP = "times_jump"
+
+
+class _Gap(NamedTuple):
+    from_s: float
+    to_s: float
+
+
+def check_pauses(sources: Mapping[str, Source]) -> list[Diagnosis]:
+    """Return pauses of all sources, and jumps of the times of some or all.
+
+    Parameters
+    ----------
+    sources : mapping of str to Source
+        The sources, by name.
+    """
+    timed = {name: one for name, one in sources.items() if one.last_s > one.first_s}
+    if not timed:
+        return []
+    jumped = {name: jumps for name, one in timed.items() if (jumps := _jumps(one))}
+    if jumped:
+        return _of_jumps(jumped, of_all=_are_all(timed, jumped))
+    return [one for gap in _common(timed) if (one := _pause(timed, gap)) is not None]
+
+
+# Whether the others pause at the jumps of some, and have no aircraft to show it.
+def _are_all(timed: Mapping[str, Source], jumped: Mapping[str, list[tuple[_Gap, float]]]) -> bool:
+    gaps = [gap for jumps in jumped.values() for gap, _ in jumps]
+    return all(
+        name in jumped
+        or any(
+            own.from_s < gap.to_s and gap.from_s < own.to_s for own in _gaps(one) for gap in gaps
+        )
+        for name, one in timed.items()
+    )
+
+
+def _of_jumps(
+    jumped: Mapping[str, list[tuple[_Gap, float]]], *, of_all: bool
+) -> list[Diagnosis]:  # fmt: skip
+    if of_all:
+        longest = max(jumped.values(), key=len)
+        return [_jump("", *one) for one in longest]
+    return [_jump(name, *one) for name, jumps in jumped.items() for one in jumps[:1]]
+
+
+def _jump(name: str, gap: _Gap, flown_s: float) -> Diagnosis:
+    later_s = gap.to_s - gap.from_s - flown_s
+    hours = round(later_s / _HOUR_S)
+    by = f"{later_s:.0f} s"
+    why = "a clock that was set, or wrong times in a part of the recording"
+    if hours and abs(later_s - hours * _HOUR_S) <= _WITHIN_S:
+        by = f"{hours} h"
+        why = "local times at a change of daylight saving time?"
+    return Diagnosis(
+        name,
+        TIMES_JUMP,
+        f"{f'{name}: its' if name else 'the'} times probably jump by {by}, from "
+        f"{utc(gap.from_s)} to {utc(gap.to_s)}: in between, aircraft have flown for about "
+        f"{max(flown_s, 0.0):.0f} s only ({why}); convert the times to UTC, or correct those after "
+        "the jump",
+    )
+
+
+def _gaps(source: Source) -> list[_Gap]:
+    return [_Gap(from_s, from_s + length_s) for from_s, length_s in sorted(source.gaps.items())]
+
+
+# Gaps after which aircraft are where they were, with the time for which they have flown, s.
+def _jumps(source: Source) -> list[tuple[_Gap, float]]:
+    gaps = [one for one in _gaps(source) if one.to_s - one.from_s >= PAUSE_MIN_S]
+    if not gaps:
+        return []
+    plots = plots_of(source.plots())
+    found = []
+    for gap in gaps:
+        flown_s = _flown_s(plots, gap)
+        if len(flown_s) < _SAME_AIRCRAFT_MIN:
+            continue
+        middle_s = float(np.median(flown_s))
+        if middle_s <= _FLOWN_MAX * (gap.to_s - gap.from_s):
+            found.append((gap, middle_s))
+    return found
+
+
+# How long aircraft must have flown to be where they are after a gap, s, for each that is known.
+def _flown_s(plots: Plots, gap: _Gap) -> list[float]:
+    east, north = _level(plots)
+    found = []
+    for before, after in _beside(plots, gap).values():
+        last = before[-1]
+        first = next(
+            (one for one in before if plots.time_s[last] - plots.time_s[one] <= 30.0), last
+        )
+        apart_s = plots.time_s[last] - plots.time_s[first]
+        if apart_s < _SPEED_S:
+            continue
+        moved = np.hypot(east[last] - east[first], north[last] - north[first])
+        across = np.hypot(east[after[0]] - east[last], north[after[0]] - north[last])
+        if moved >= _SPEED_MIN_MPS * apart_s:
+            found.append(float(across / moved * apart_s))
+    return found
+
+
+# Rows of each aircraft before and after a gap, by time.
+def _beside(plots: Plots, gap: _Gap) -> dict[int, tuple[list[int], list[int]]]:
+    key = next((one for one in range(len(KEYS)) if (plots.keys[:, one] >= 0).any()), 0)
+    before = (plots.time_s >= gap.from_s - _BESIDE_S) & (plots.time_s <= gap.from_s)
+    after = (plots.time_s >= gap.to_s) & (plots.time_s <= gap.to_s + _BESIDE_S)
+    found: dict[int, tuple[list[int], list[int]]] = {}
+    for side, chosen in enumerate((before, after)):
+        for row in np.flatnonzero(chosen).tolist():
+            name = int(plots.keys[row, key])
+            if name >= 0:
+                found.setdefault(name, ([], []))[side].append(row)
+    return {name: one for name, one in found.items() if one[0] and one[1]}
+
+
+# Positions on a plane: about the radar without its site, or of the columns.
+def _level(plots: Plots) -> tuple[Floats, Floats]:
+    if np.isfinite(plots.range_m).any():
+        azimuth = np.radians(plots.azimuth_deg)
+        return plots.range_m * np.sin(azimuth), plots.range_m * np.cos(azimuth)
+    where = reported(plots)
+    middle = where[np.flatnonzero(np.isfinite(where).all(axis=1))[:1]]
+    up = middle[0] / np.linalg.norm(middle[0]) if len(middle) else np.array([0.0, 0.0, 1.0])
+    east = np.cross([0.0, 0.0, 1.0], up)
+    east /= max(float(np.linalg.norm(east)), 1e-9)
+    return where @ east, where @ np.cross(up, east)
+
+
+# Times in which no source has measurements.
+def _common(timed: Mapping[str, Source]) -> Sequence[_Gap]:
+    common: list[_Gap] = []
+    for number, one in enumerate(timed.values()):
+        own = [_Gap(-np.inf, one.first_s), *_gaps(one), _Gap(one.last_s, np.inf)]
+        both = own if number == 0 else [
+            _Gap(max(first.from_s, other.from_s), min(first.to_s, other.to_s))
+            for first in common
+            for other in own
+        ]  # fmt: skip
+        common = [gap for gap in both if gap.to_s - gap.from_s >= FLOWN_MIN_S]
+    return [gap for gap in common if np.isfinite([gap.from_s, gap.to_s]).all()]
+
+
+def _pause(timed: Mapping[str, Source], gap: _Gap) -> Diagnosis | None:
+    flown = _is_flown(timed, gap)
+    if not flown and (gap.to_s - gap.from_s < PAUSE_MIN_S or len(timed) < 2):
+        return None
+    cause = "probably a missing file, or a recorder that was stopped"
+    if flown:
+        cause = f"{flown}: a part of the recording is missing"
+    who = "no sensor has" if len(timed) > 1 else f"{listed([*timed])} has no"
+    return Diagnosis(
+        "",
+        "pause",
+        f"{who} measurements from {utc(gap.from_s)} to {utc(gap.to_s)}: {cause}; check that the "
+        "recording is complete",
+        "error" if flown else "warning",
+    )
+
+
+# Why aircraft flew in a gap; empty where this is not certain.
+def _is_flown(timed: Mapping[str, Source], gap: _Gap) -> str:
+    most, seen = 0, 0
+    for source in timed.values():
+        plots = plots_of(source.plots())
+        beside = _beside(plots, gap)
+        seen = max(seen, _aircraft_before(plots, gap))
+        most = max(most, len(beside))
+    if most >= _SAME_AIRCRAFT_MIN and most >= _SAME_MIN * seen:
+        return f"{most} aircraft fly before and after it"
+    ends = [float(one.plots()["time_s"].to_numpy().max(initial=-np.inf)) for one in timed.values()]
+    span_s = max(one.last_s for one in timed.values()) - min(one.first_s for one in timed.values())
+    rate = sum(one.read for one in timed.values()) / (span_s - (gap.to_s - gap.from_s))
+    # The plots of later times are not retained.
+    if max(ends) < gap.from_s and rate >= _RATE_MIN:
+        return f"otherwise there are {rate:.0f} measurements per second"
+    return ""
+
+
+def _aircraft_before(plots: Plots, gap: _Gap) -> int:
+    key = next((one for one in range(len(KEYS)) if (plots.keys[:, one] >= 0).any()), 0)
+    chosen = (plots.time_s >= gap.from_s - _BESIDE_S) & (plots.time_s <= gap.from_s)
+    names = np.unique(plots.keys[chosen, key])
+    return int(np.count_nonzero(names >= 0))

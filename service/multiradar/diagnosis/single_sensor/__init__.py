@@ -1,0 +1,1 @@
+"""Checks of a sensor by its own measurements."""

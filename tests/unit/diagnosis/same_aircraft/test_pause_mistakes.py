@@ -1,0 +1,65 @@
+"""A missing part of a recording, and times that jump although aircraft have not flown on."""
+
+from dataclasses import replace
+
+import polars as pl
+import pytest
+
+from multiradar.diagnosis.model import Diagnosis
+from support.inputs.mistaken import START_S, Recording, recording
+
+NAME = "1-10"
+TIME = pl.col("time_s")
+FROM_S = START_S + 70.0
+
+
+def pauses(one: Recording) -> list[Diagnosis]:
+    return [one for one in one.diagnosed() if one.code in ("pause", "times_jump")]
+
+
+def without(length_s: float, *names: str) -> Recording:
+    one = recording()
+    inside = (TIME > FROM_S) & (FROM_S + length_s > TIME)
+    chosen = pl.col("sensor_id").is_in(names) if names else pl.lit(1) == 1
+    return replace(one, frame=one.frame.filter(~(inside & chosen)))
+
+
+@pytest.mark.parametrize("names", [(), (NAME,)])
+def test_a_missing_part_of_the_recording_is_named_by_its_times(names: tuple[str, ...]) -> None:
+    one = without(120.0)
+    (found,) = pauses(one.only(*names) if names else one)
+    assert (found.code, found.severity) == ("pause", "error")
+    assert "08:01:" in found.sentence
+    assert "08:03:1" in found.sentence
+    assert "25 aircraft fly before and after it" in found.sentence
+
+
+@pytest.mark.parametrize("length_s", [30.0, 60.0])
+def test_a_short_pause_is_no_mistake(length_s: float) -> None:
+    assert pauses(without(length_s)) == []
+
+
+def test_a_pause_of_one_radar_is_no_missing_part() -> None:
+    assert pauses(without(120.0, NAME)) == []
+
+
+@pytest.mark.parametrize("names", [(), (NAME,)])
+def test_an_hour_that_no_aircraft_has_flown_is_a_jump_of_the_times(names: tuple[str, ...]) -> None:
+    one = recording()
+    later = TIME + pl.when(FROM_S < TIME).then(3600.0).otherwise(0.0)
+    changed = one.changed(*(names or ("1-10", "2-10", "3-10")), time_s=later)
+    (found,) = pauses(changed)
+    assert (found.sensor_id, found.code) == ("".join(names), "times_jump")
+    assert "jump by 1 h, from 2018-08-01 08:01:0" in found.sentence
+    assert "change of daylight saving time" in found.sentence
+
+
+def test_other_aircraft_after_an_hour_are_two_recordings() -> None:
+    one = recording()
+    after = FROM_S < TIME
+    frame = one.frame.with_columns(
+        time_s=TIME + pl.when(after).then(3600.0).otherwise(0.0),
+        track_number=pl.col("track_number") + pl.when(after).then(100).otherwise(0),
+    )
+    found = pauses(replace(one, frame=frame))
+    assert [(one.code, one.severity) for one in found] == [("pause", "warning")]
