@@ -24,7 +24,11 @@ from multiradar_converters.normalised.parsed import (
 )
 from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import (
+    MEASUREMENT_REQUIRED,
+    MEASUREMENT_SCHEMA,
+    complete,
+)
 from multiradar_schemas.measurements.directions import without_empty_columns
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.reject import RejectCode
@@ -163,7 +167,8 @@ def _typed(frame: pl.DataFrame) -> pl.DataFrame:
         for name in ("track_number", "time_ns")
         if name in columns and columns[name].null_count() > frame[name].null_count()
     ]
-    typed = pl.concat([_NO_ROWS, pl.DataFrame(list(columns.values()))], how="diagonal")
+    given = pl.DataFrame(list(columns.values()))
+    typed = complete(given) if "time_s" in columns else pl.concat([_NO_ROWS, given], how="diagonal")
     index = pl.Series(INDEX_COLUMN, range(len(frame)), dtype=pl.UInt32)
     typed = typed.hstack([_NONE_LOST.new_from_index(0, len(frame)), index])
     if lost:

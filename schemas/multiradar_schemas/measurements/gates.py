@@ -137,7 +137,7 @@ def rejections(
     )
     if len(frame) <= LISTED_ROWS_MAX:
         lists = Lists(frame, empty)
-        if all(gate.clear(lists) for gate in gates if _may_reject(gate, empty)):
+        if all(gate.clear(lists) for gate in _applicable(gates, empty)):
             return np.empty(0, np.int64), (), ()
     gate_number = frame.select(_first_gate(gates, empty)).to_series()
     if gate_number.null_count() == len(gate_number):
@@ -148,6 +148,11 @@ def rejections(
     codes = tuple(gates[number].code for number in first)
     reasons = tuple(_sentence(gates[number], row) for number, row in zip(first, rows, strict=True))
     return index, codes, reasons
+
+
+@lru_cache(maxsize=64)
+def _applicable(gates: tuple[Gate, ...], empty: frozenset[str]) -> tuple[Gate, ...]:
+    return tuple(gate for gate in gates if _may_reject(gate, empty))
 
 
 # Building it takes longer than its evaluation on a short message.

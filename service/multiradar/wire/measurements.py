@@ -286,7 +286,9 @@ def _detections(frame: pl.DataFrame) -> NDArray[np.int8] | None:
     if not has_column(frame, DETECTION):
         return None
     column = _numbers(frame[DETECTION], _DETECTION_NUMBERS, pl.Int8())
-    return column.fill_null(MISSING).to_numpy(writable=True)
+    if column.null_count():
+        column = column.fill_null(MISSING)
+    return column.to_numpy(writable=True)
 
 
 _DIRECTED_GATES = (*_GATES, *sensor_gates())

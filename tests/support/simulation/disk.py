@@ -109,7 +109,7 @@ class VirtualDisk:
         Called then.
     full : bool
         Writes fail for want of space.
-    failing_syncs, failing_reads : int
+    failing_syncs : int
         So many of the next ones fail.
     """
 
@@ -123,7 +123,9 @@ class VirtualDisk:
         self.kill_at: int | None = None
         self.on_kill: Callable[[], None] = lambda: None
         self.full = False
-        self.failing_syncs = self.failing_reads = 0
+        self.failing_syncs = self._failing_reads = 0
+        #: Whether a read may fail: only then the layer sees them.
+        self.watches_reads = False
         self.faulted = False
         for name, content in image.items():
             (folder / name).parent.mkdir(exist_ok=True)
@@ -147,6 +149,18 @@ class VirtualDisk:
                 left.write_all()
             found[name] = bytes(left.durable)
         return found
+
+    @property
+    def failing_reads(self) -> int:
+        """So many of the next reads fail."""
+        return self._failing_reads
+
+    @failing_reads.setter
+    def failing_reads(self, number: int) -> None:
+        self._failing_reads = number
+        if number and not self.watches_reads:
+            self.watches_reads = True
+            _layer().watch_reads(self)
 
     @contextmanager
     def sound(self) -> Iterator[None]:
@@ -264,7 +278,8 @@ class _SqliteLayer:
     def __init__(self) -> None:
         self.disks: dict[str, VirtualDisk] = {}
         self._open: dict[int, tuple[VirtualDisk, str]] = {}
-        self._methods: dict[int, tuple[_Methods, _Methods]] = {}
+        # Those of the layer below by their address, and of this layer, without and with reads.
+        self._methods: dict[int, tuple[_Methods, _Methods, _Methods]] = {}
         self._random = random.Random(0)
         library = ctypes.CDLL(_sqlite3.__file__)
         find, register = library.sqlite3_vfs_find, library.sqlite3_vfs_register
@@ -293,21 +308,32 @@ class _SqliteLayer:
         if found is not None:
             found[0].opened(found[1])
             self._open[file] = found
-            own = c_void_p.from_address(file)
-            assert own.value is not None
-            own.value = ctypes.addressof(self._patched(own.value))
+            self._patch(file, watches_reads=found[0].watches_reads)
         return int(result)
 
-    def _patched(self, address: int) -> _Methods:
+    def watch_reads(self, disk: VirtualDisk) -> None:
+        for file, (one, _) in self._open.items():
+            if one is disk:
+                self._patch(file, watches_reads=True)
+
+    def _patch(self, file: int, *, watches_reads: bool) -> None:
+        methods = c_void_p.from_address(file)
+        address = methods.value
+        assert address is not None
+        for below, *patched in self._methods.values():
+            if address in map(ctypes.addressof, patched):
+                address = ctypes.addressof(below)
         if address not in self._methods:
             below = _Methods.from_address(address)
             own = _Methods.from_buffer_copy(below)
             own.version = 2  # without memory-mapped reads
-            own.close, own.read = _CLOSE(self._closer(below)), _TRANSFER(self._reader(below))
+            own.close, own.truncate = _CLOSE(self._closer(below)), _TRUNCATE(self._cutter(below))
             own.write, own.sync = _TRANSFER(self._writer(below)), _SYNC(self._syncer(below))
-            own.truncate = _TRUNCATE(self._cutter(below))
-            self._methods[address] = own, below
-        return self._methods[address][0]
+            reading = _Methods.from_buffer_copy(own)
+            reading.read = _TRANSFER(self._reader(below))
+            # The copy shares the callbacks, which the first one keeps.
+            self._methods[address] = below, own, reading
+        methods.value = ctypes.addressof(self._methods[address][1 + watches_reads])
 
     def _closer(self, below: _Methods) -> Callable[[int], int]:
         def close(file: int) -> int:

@@ -9,7 +9,6 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import polars as pl
 
 from multiradar import wire
@@ -275,8 +274,8 @@ class Record:
         tracks = process.service.view.tracks()
         for name, kind in tracks.schema.items():
             if kind.is_float():
-                values = tracks[name].drop_nulls().to_numpy()
-                require(np.isfinite(values).all(), "I6", f"{name} of a track is not finite")
+                values = [one for one in tracks[name].to_list() if one is not None]
+                require(all(map(math.isfinite, values)), "I6", f"{name} of a track is not finite")
         require((tracks["age_s"].drop_nulls() >= 0.0).all(), "I6", "negative age of a track")
         counts = process.counts.document()["listeners"]["simulated"]
         rows = [counts[f"rows_{name}"] for name in ("accepted", "rejected", "lost")]

@@ -27,6 +27,7 @@ from multiradar_converters.asterix.decoding.gathering import (
     selected_rows,
 )
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint, located
+from multiradar_converters.asterix.decoding.naming import named
 from multiradar_converters.asterix.decoding.sensor_clocks import of_reports, of_services
 from multiradar_converters.asterix.decoding.targets import select_targets
 from multiradar_converters.asterix.decoding.timing import (
@@ -131,10 +132,10 @@ class LiveDecoder:
         blocks, cut = blocks_of_datagrams(datagrams, datagrams.begins, learnt=self._framing)
         sources = sources_of(blocks)
         # Unknown sources are not retained: there may be up to 65 536 of them.
-        named = np.where(np.isin(sources, self._known), sources, -1)
+        known = np.where(np.isin(sources, self._known), sources, -1)
         editions = self._options.editions
-        editions.detect(blocks, named, revise=True)
-        gathered = decode_blocks(blocks, sources, editions, named=named, measurements_only=True)
+        editions.detect(blocks, known, revise=True)
+        gathered = decode_blocks(blocks, sources, editions, named=known, measurements_only=True)
         batch = new_batch(gathered, datagrams, cut)
         try:
             self._reports(gathered, datagrams, batch)
@@ -220,7 +221,7 @@ class LiveDecoder:
                     f"{source_name(source)}"
                 )
                 unnamed.append((place == number, RejectCode.UNKNOWN_KIND, reason))
-        return pl.Series(ids, dtype=pl.String).gather(place), unnamed
+        return named(place, ids.__getitem__), unnamed
 
 
 def _sources(options: LiveOptions) -> list[int]:
@@ -250,8 +251,9 @@ def _frame(reports: Timed, own: Integers, time_s: Numbers, ids: pl.Series) -> pl
     whole = {"kind": reports.kind} | {name: getattr(targets, name) for name in table.WHOLE}
     made = table.frame(
         columns,
-        ids.gather(own),
+        ids if len(own) == len(ids) else ids.gather(own),
         {name: values[own] for name, values in whole.items()},
         targets.aircraft_data[own],
     )
-    return made.drop("flags")
+    made.drop_in_place("flags")
+    return made
