@@ -41,6 +41,10 @@ MOVING = "__moving"
 MEASURES_ELEVATION = "__measures_elevation"
 
 
+# Columns that are counted one by one.
+_FEW_COLUMNS = 5
+
+
 def has_directions(frame: pl.DataFrame) -> bool:
     """Return whether any measurement has an elevation or the position of its source."""
     return bool(_filled(frame, MEASUREMENT_DIRECTIONS))
@@ -70,13 +74,13 @@ def without_empty_columns(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _filled(frame: pl.DataFrame, names: Sequence[str]) -> frozenset[str]:
-    rows = frame.height
-    found = frozenset(names).intersection(frame.columns)
-    if len(found) == 1:
-        return found if frame[next(iter(found))].null_count() < rows else frozenset()
-    # Of all columns at once, which costs no more than that of a few.
-    nulls = dict(zip(frame.columns, frame.null_count().row(0), strict=True)) if found else {}
-    return frozenset(name for name in found if nulls[name] < rows)
+    rows, columns = frame.height, frame.columns
+    if len(names) <= _FEW_COLUMNS:
+        given = [name for name in names if name in columns]
+        return frozenset(name for name in given if frame[name].null_count() < rows)
+    # Of all columns at once, which costs no more than that of some.
+    nulls = dict(zip(columns, frame.null_count().row(0), strict=True))
+    return frozenset(name for name in names if nulls.get(name, rows) < rows)
 
 
 def sensor_gates() -> tuple[Gate, ...]:

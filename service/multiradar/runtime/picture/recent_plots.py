@@ -36,10 +36,7 @@ class RecentPlots:
 
     def __init__(self, known: Knowledge) -> None:
         self._known = known
-        self._measured = np.zeros(PLOTS_KEPT, PLOT_DTYPE)
-        self._rows = np.zeros(PLOTS_KEPT, _ROW)
-        # Which of `_rows` have been computed from `_measured`.
-        self._placed = np.zeros(PLOTS_KEPT, np.bool_)
+        self._allocate(0)
         # Numbers of the plots retained: from `_begin` to below `_end`.
         self._begin = self._end = 0
         self._read: int | None = None
@@ -57,6 +54,8 @@ class RecentPlots:
         self._read = self._end = following
         self._begin = max(self._begin, self._end - PLOTS_KEPT)
         if len(rows):
+            if not len(self._measured):
+                self._allocate(PLOTS_KEPT)
             slots = np.arange(self._end - len(rows), self._end) % PLOTS_KEPT
             self._measured[slots] = rows
             self._placed[slots] = False
@@ -94,6 +93,13 @@ class RecentPlots:
         rows = self._rows[slots]
         columns = {name: rows[name] for name in _ROW.names or ()}
         return columns, start - wanted if known else 0
+
+    # No memory before a page asks for the first plots.
+    def _allocate(self, plots: int) -> None:
+        self._measured = np.zeros(plots, PLOT_DTYPE)
+        self._rows = np.zeros(plots, _ROW)
+        # Which of `_rows` have been computed from `_measured`.
+        self._placed = np.zeros(plots, np.bool_)
 
     def _place(self, slots: NDArray[np.int64]) -> None:
         if len(slots) == 0:
