@@ -1,6 +1,7 @@
 """A digest of all output, to compare two runs."""
 
 import hashlib
+from collections.abc import Sized
 from typing import ClassVar
 
 import numpy as np
@@ -109,11 +110,13 @@ _MEASURED = "measured_mode_s_address"
 _UPDATE_TYPE = row_type(
     TrackUpdates,
     [name for name in column_types(TrackUpdates) if name not in (_STATUS, _MEASURED)],
-)
+).newbyteorder("<")
 _STATUS_TYPE = row_type(TrackUpdates, ["sequence", _STATUS]).newbyteorder("<")
 
 
-def _row_bytes(table: object, kind: np.dtype[np.void] | None = None) -> bytes:
+def _row_bytes(table: Sized, kind: np.dtype[np.void] | None = None) -> bytes:
     """Return the rows one after the other, each as its columns in little-endian order."""
-    wanted = row_type(type(table)) if kind is None else kind
-    return rows_of(table, wanted.newbyteorder("<")).tobytes()
+    # Most calls of the engine have no rows of most tables.
+    if not len(table):
+        return b""
+    return rows_of(table, kind or row_type(type(table)).newbyteorder("<")).tobytes()

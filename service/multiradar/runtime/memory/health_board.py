@@ -40,6 +40,8 @@ class HealthBoard:
 
     def append(self, records: HealthRecords) -> None:
         """Add the records of closed epochs, in order."""
+        if not len(records):
+            return
         for epoch in np.unique(records.epoch):
             self._epochs.append(records.select(records.epoch == epoch))
 

@@ -149,6 +149,8 @@ class ForecastCalibration:
         yield Part(len(output.updates) - first, None)
 
     def _gather(self, output: EngineOutput, first: int, last: int) -> None:
+        if first == last or not self._pending.rows:
+            return
         # Only tracks with pending forecasts are needed.
         track_id = output.updates.track_id[first:last]
         rows = first + np.flatnonzero(np.isin(track_id, self._pending.track_id))
