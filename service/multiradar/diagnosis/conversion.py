@@ -27,10 +27,12 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
 )
 from multiradar.diagnosis.cross_sensor.identities import check_identities, check_jumps
 from multiradar.diagnosis.cross_sensor.plausibility import (
+    RANGES_SMALL_M,
     aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,
     check_height_unit,
+    check_range_unit,
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
 from multiradar.diagnosis.dumps.cut_files import check_last_lines, check_truncation
@@ -128,10 +130,36 @@ def diagnose_conversion(
             found += _copies(name, rows)
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
-        of_reports = check_identities(name, reports, None) or check_reports(name, reports)
-        found += [of_reports] if of_reports is not None else _of_motion(measurements, name)
+        found += check_reported(name, reports) or _of_motion(measurements, name)
     found += _of_dump(measurements, report, sources, tracks, found)
     return [*found, *(one for one in ends if one not in found)]
+
+
+def check_reported(name: str, reports: Plots) -> list[Diagnosis]:
+    """Return the first error of a sensor that reports positions, by these alone.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    reports : Plots
+        Its reports.
+    """
+    found = check_identities(name, reports, None) or check_reports(name, reports)
+    return [] if found is None else [found]
+
+
+def check_plots(name: str, plots: Plots) -> list[Diagnosis]:
+    """Return the first error of a radar that its plots show without its site.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots, with the positions that a recording gives them, if it does.
+    """
+    return _of_units(name, plots, 0.0)
 
 
 def _of_motion(measurements: Path, name: str) -> list[Diagnosis]:
@@ -306,7 +334,10 @@ def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
         or check_azimuth_unit(name, plots)
         or _against_positions(name, plots, largest_deg)
     )
-    found = found or check_height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
+    somewhere = (0.0, 0.0, _SITE_HEIGHT_M)
+    if found is None and plots.range_m.max() <= RANGES_SMALL_M:
+        found = check_range_unit(name, plots, somewhere, aircraft_of(plots), np.inf)
+    found = found or check_height_unit(name, plots, somewhere)
     # Climbs are those of identities.
     found = found or check_jumps(name, plots, None)
     found = found or check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))

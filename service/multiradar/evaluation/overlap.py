@@ -12,6 +12,8 @@ from multiradar.report.times import is_dated, time_text
 OUTSIDE_MIN = 0.5
 #: Fraction of the aircraft's time with a track below which there is a warning, too.
 MATCHED_MIN = 0.5
+#: Time of the tracks without a reference at an end that gives a warning, as a fraction, and s.
+CUT_MIN, CUT_MIN_S = 0.1, 60.0
 #: Fewer tracks show no incomplete reference.
 TRACKS_MIN = 5
 #: Times this near to whole hours apart suggest another time zone, s.
@@ -124,6 +126,35 @@ def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
             f"{_area(tracks.position_m, reference)}; reference {_area(place, reference)}; "
             "aircraft count as missed there"
         )
+    return sentences
+
+
+def cut_short(tracks: Tracks, reference: Reference) -> list[str]:
+    """Return a warning where the reference lacks a part of the time of the tracks.
+
+    Parameters
+    ----------
+    tracks, reference : Tracks, Reference
+        Tracks and reference.
+
+    Returns
+    -------
+    list of str
+        Empty where less than `CUT_MIN` and `CUT_MIN_S` of their time is missing at an end.
+    """
+    own, known = _span(tracks.time_s), _span(reference.time_s)
+    least_s = max(CUT_MIN * (own.last_s - own.first_s), CUT_MIN_S)
+    sentences = []
+    for missing_s, what in (
+        (own.last_s - known.last_s, f"ends at {time_text(known.last_s)}"),
+        (known.first_s - own.first_s, f"starts at {time_text(known.first_s)}"),
+    ):
+        if missing_s > least_s:
+            part = missing_s / (own.last_s - own.first_s)
+            sentences.append(
+                f"the reference {what}, but the tracks are from {own}: {part:.0%} of their time "
+                "cannot be evaluated; is the reference truncated?"
+            )
     return sentences
 
 

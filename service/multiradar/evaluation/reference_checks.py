@@ -6,7 +6,7 @@ import numpy as np
 
 from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.update_errors import UpdateErrors
-from multiradar.evaluation.overlap import mostly_unknown, outside, rarely_matched
+from multiradar.evaluation.overlap import cut_short, mostly_unknown, outside, rarely_matched
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, RowCounts, Tracks
 from multiradar_schemas.measurements.units import FOOT_M
@@ -49,7 +49,10 @@ def poorly_matched(
     settings : EvaluationSettings
         Gate, and whether the reference may be incomplete.
     """
-    found = outside(tracks, reference, settings.gate_m)
+    found = [
+        *cut_short(tracks, reference),
+        *outside(tracks, reference, settings.gate_m),
+    ]
     found = found or rarely_matched(instants.track_of, settings.gate_m)
     if not settings.partial:
         aircraft = len(reference.names)

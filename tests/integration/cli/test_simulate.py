@@ -214,3 +214,16 @@ def test_a_position_off_the_plane_is_named_with_the_file(
     assert (
         f"{path}: aircraft[0]: expected latitude_deg and longitude_deg" in capsys.readouterr().err
     )
+
+
+def test_a_scene_of_reported_positions_alone_can_be_tracked(tmp_path: Path) -> None:
+    """Regression: `track` rejected its sensors file, which had no position."""
+    (tmp_path / "scene.toml").write_text(
+        "duration_s = 60\n[plane]\nlatitude_deg = 56.7\nlongitude_deg = 60.8\n"
+        "[[traffic]]\ncount = 3\neast_m = [-2e4, 2e4]\nnorth_m = [-2e4, 2e4]\n"
+        '[[sensor]]\nid = "adsb"\nkind = "adsb"\n'
+    )
+    made = tmp_path / "made"
+    assert _simulate(tmp_path / "scene.toml", "--out", made) == 0
+    given = [str(made), "--sensors", str(made / "sensors.toml"), "--out", str(tmp_path / "out")]
+    assert run(["track", *given]) == 0

@@ -7,6 +7,7 @@ from multiradar.errors import InputError
 from multiradar.evaluation.overlap import (
     check_matched,
     check_times,
+    cut_short,
     mostly_unknown,
     outside,
     rarely_matched,
@@ -122,3 +123,24 @@ def test_a_reference_without_most_of_the_aircraft_is_reported(
 
 def test_a_few_spurious_tracks_are_no_incomplete_reference() -> None:
     assert mostly_unknown(np.arange(4), np.array([1, -1, -1, -1]), 1) == []
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "span_s", "words"),
+    [
+        (0.0, 300.0, "the reference ends at 2018-08-01 08:04:50 UTC, but the tracks are from"),
+        (300.0, 300.0, "the reference starts at 2018-08-01 08:05:00 UTC, but the tracks are from"),
+    ],
+)
+def test_the_mistake_of_a_reference_cut_short_is_reported(
+    begin_s: float, span_s: float, words: str
+) -> None:
+    tracks = tracks_of({1: _flight(BEGIN_S)})
+    (found,) = cut_short(tracks, reference_of({"a": _flight(BEGIN_S + begin_s, span_s)}))
+    assert words in found
+    assert "51% of their time cannot be evaluated" in found
+
+
+def test_a_reference_that_nearly_spans_the_tracks_is_not_cut() -> None:
+    tracks = tracks_of({1: _flight(BEGIN_S)})
+    assert cut_short(tracks, reference_of({"a": _flight(BEGIN_S + 30.0, 540.0)})) == []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multiradar.cli.options import JsonOption, ReferenceOption, read_references
-from multiradar.errors import DataWarning, InputError
+from multiradar.errors import DataWarning, FindingsError, InputError
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.convert import bytes_bar, conversion_errors
 from multiradar.toolbox.messages.warning import warn
@@ -119,10 +119,17 @@ def inspect(
         print(json.dumps(figures, indent=1, ensure_ascii=False, allow_nan=False))
     else:
         _print(found, _command(files))
+    _check(found, survey, edition or [], list(editions.doubtful.values()))
+
+
+def _check(
+    found: "Inspection", survey: "Survey", chosen: list[str], doubts: list[str]
+) -> None:  # fmt: skip
     _warn_of_times(found)
-    _fail_when_unreadable(found, list(editions.doubtful.values()))
+    _fail_when_unreadable(found, doubts)
     _fail_when_truncated(found)
-    _fail_when_unused(edition or [], found)
+    _fail_when_unused(chosen, found)
+    _fail_when_mistaken(found, survey)
 
 
 def _page(found: "Inspection", survey: "Survey", command: str) -> str:
@@ -199,6 +206,20 @@ def _fail_when_unused(chosen: list[str], found: "Inspection") -> None:
             "the option"
         )
         raise InputError(msg)
+
+
+# Units and columns that the recording itself shows to be wrong.
+def _fail_when_mistaken(inspection: "Inspection", survey: "Survey") -> None:
+    from multiradar.cli.inspection.sites import plots_of_reports
+    from multiradar.diagnosis.conversion import check_plots, check_reported
+
+    found = []
+    for (name, kind), one in survey.sensors.items():
+        plots = plots_of_reports(one.sample.reports(), of_day=False)
+        check = check_plots if kind == "radar" else check_reported
+        found += [diagnosis.sentence for diagnosis in check(name, plots)]
+    if found:
+        raise FindingsError(found, inspection)
 
 
 def _fail_when_unreadable(found: "Inspection", doubts: list[str]) -> None:

@@ -26,14 +26,14 @@ _PLOTS_OF_SCAN, _SCAN_MIN_S = 3, 2.0
 
 
 def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
-    """Return the time offset of reported positions against others, s; NaN where unknown.
+    """Return the time offset of the positions of a sensor against others, s; NaN where unknown.
 
     Parameters
     ----------
     comparison : Comparison
         The plots.
     number : int
-        A sensor that reports positions.
+        The sensor.
     pairs : Pairs
         Positions of its aircraft by others.
 

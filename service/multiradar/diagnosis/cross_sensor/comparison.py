@@ -121,8 +121,8 @@ class Comparison:
         return self._plots[number].thinned(TESTED_MAX)
 
     def tested_positions(self, number: int) -> Floats:
-        """Return (n, 3) reported positions of `tested`, ECEF, m."""
-        return reported(self.tested(number))
+        """Return (n, 3) positions of `tested` as configured, ECEF, m."""
+        return positions(self.tested(number), self.site_of_radar(number))
 
     def overlaps(self, number: int, others: Collection[int], late_s: float) -> bool:
         """Return whether a sensor with a clock error has time in common with others."""

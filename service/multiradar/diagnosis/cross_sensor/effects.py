@@ -7,12 +7,39 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import seen_from
 from multiradar.diagnosis.plots import Floats, Site, ground_range
 
+#: Kinds of errors.
+SHIFT, GAIN, SCALE, CLOCK = "shift", "gain", "scale", "clock"
 #: Maximum difference of the heights used for a plot by the sensor and by others, m: the height of a
 #: plot without one is assumed.
 HEIGHTS_ALIKE_M = 300.0
 #: Pressure heights are off in proportion on a hot or a cold day (7 % at 20 K from the standard
 #: atmosphere), which resembles another site height; the step of a fit.
 HEIGHT_SCALE = 1.05
+
+
+@dataclass(frozen=True, slots=True)
+class SiteError:
+    """An error of one radar, or of radars that share a site.
+
+    Attributes
+    ----------
+    kind : str
+        `SHIFT`, `GAIN`, `SCALE` or `CLOCK`.
+    radars : tuple of int
+        Rows of the radars, or of a sensor that reports positions, in the table of sensors.
+    value : tuple of float
+        Configured minus true site, or reported minus true position, east and north, m, ratio of
+        measured to true range or azimuth minus 1, or claimed minus true time, s.
+    before_m, after_m : float
+        Median residual of the pairs with these radars as configured and with the error corrected,
+        m.
+    """
+
+    kind: str
+    radars: tuple[int, ...]
+    value: tuple[float, ...]
+    before_m: float
+    after_m: float
 
 
 @dataclass(frozen=True, slots=True)

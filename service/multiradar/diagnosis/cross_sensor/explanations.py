@@ -25,7 +25,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     reversed_from,
     turned,
 )
-from multiradar.diagnosis.cross_sensor.references import Pairs
+from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
@@ -46,6 +46,10 @@ MAGNETIC_MAX_DEG = 25.0
 _TURNS_DEG = (90.0, -90.0, 180.0, *(sign * float(one) for one in range(3, 13) for sign in (1, -1)))
 #: Largest azimuth, rad, and the number of outliers accepted beyond it.
 CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
+#: Times that a clock error is estimated, each from positions at the time by the one before.
+_CLOCK_STEPS = 4
+#: ... from the one of these, s, with which most plots agree.
+_CLOCKS_S, _ALIKE = tuple(3.0 * step for step in range(1, 108)), 0.95
 #: Time offsets are tried in steps of half an hour up to a day; only three time zones are finer.
 ZONE_STEP_S, ZONES = 1800.0, 48
 
@@ -319,11 +323,10 @@ def _position_hypotheses(
 
 
 def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Hypotheses:
-    if not comparison.is_radar(number):
-        late_s = late_positions(comparison, number, comparison.pairs(number, trusted))
-        if abs(late_s) >= LATE_MIN_S:
-            pairs = comparison.pairs(number, trusted, late_s=late_s)
-            yield _seconds(late_s), comparison.agreement(number, pairs)
+    late_s = _along(comparison, number, trusted) or _nearest_clock(comparison, number, trusted)
+    if abs(late_s) >= LATE_MIN_S:
+        pairs = _timed(comparison, number, trusted, late_s)
+        yield _seconds(late_s), comparison.agreement(number, pairs)
     for step in range(1, ZONES + 1):
         for late_s in (step * ZONE_STEP_S, -step * ZONE_STEP_S):
             if not comparison.overlaps(number, trusted, late_s):
@@ -332,6 +335,41 @@ def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _H
             timed = pairs.select(pairs.source >= 0)
             if len(np.unique(timed.plot)) >= TESTED_MIN:
                 yield _clock(late_s), comparison.agreement(number, timed)
+
+
+# The clock error, s, by the places along the paths of the aircraft; 0 where unknown.
+def _along(comparison: Comparison, number: int, trusted: Collection[int]) -> float:
+    late_s = 0.0
+    for _ in range(_CLOCK_STEPS):
+        # Aircraft turn: the nearer the positions by others, the better the time.
+        step_s = late_positions(comparison, number, _timed(comparison, number, trusted, late_s))
+        late_s += np.nan_to_num(step_s)
+        if not abs(step_s) >= LATE_MIN_S:
+            break
+    return late_s
+
+
+# The clock error, s, with which most plots lie near the aircraft: 0 where none is better by far.
+def _nearest_clock(comparison: Comparison, number: int, trusted: Collection[int]) -> float:
+    if not are_named(_timed(comparison, number, trusted, 0.0)):
+        return 0.0
+    shares = {}
+    for late_s in (0.0, *(sign * one for one in _CLOCKS_S for sign in (1.0, -1.0))):
+        if comparison.overlaps(number, trusted, late_s):
+            pairs = _timed(comparison, number, trusted, late_s)
+            shares[late_s] = comparison.agreement(number, pairs).share
+    best = max(shares.values(), default=0.0)
+    if best < shares.get(0.0, 0.0) + GAIN_MIN:
+        return 0.0
+    return float(np.mean([late_s for late_s, share in shares.items() if share >= _ALIKE * best]))
+
+
+# Positions by other sensors, without those in the recording, which have the same times.
+def _timed(
+    comparison: Comparison, number: int, trusted: Collection[int], late_s: float
+) -> Pairs:  # fmt: skip
+    pairs = comparison.pairs(number, trusted, late_s=late_s)
+    return pairs.select(pairs.source >= 0)
 
 
 def _clock(late_s: float) -> Callable[[Agreement, float], Explanation]:

@@ -12,7 +12,6 @@ Biometrika 73, 1986).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +20,18 @@ from numpy.typing import NDArray
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_bias
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
-from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, Effects, effects_at
+from multiradar.diagnosis.cross_sensor.effects import (
+    CLOCK,
+    GAIN,
+    HEIGHTS_ALIKE_M,
+    SCALE,
+    SHIFT,
+    Effects,
+    SiteError,
+    effects_at,
+)
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
+from multiradar.diagnosis.cross_sensor.registration import TIME_MIN_S
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit, with_usual_offsets
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
@@ -38,11 +47,11 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
-#: Kinds of errors.
-SHIFT, GAIN, SCALE, CLOCK = "shift", "gain", "scale", "clock"
 #: Minimum error that is reported: shift of a site, m, range and azimuth in proportion, time, s.
 #: Azimuth errors that vary with the sine of the azimuth, of up to 0.3°, resemble one of 0.16 %.
-LEAST = {SHIFT: 150.0, GAIN: 0.002, SCALE: 0.0025, CLOCK: 0.2}
+LEAST = {SHIFT: 150.0, GAIN: 0.0018, SCALE: 0.0025, CLOCK: 0.2}
+#: ... and of positions that a sensor reports, m, which two radars with offsets of their own show.
+POSITIONS_LEAST_M = 75.0
 #: An error is significant from this multiple of its standard deviation on.
 SIGMAS = 8.0
 #: Aircraft and pairs that an error needs; pairs in a fit, at most.
@@ -69,31 +78,6 @@ _CODES = {SHIFT: "site", GAIN: "range_gain", SCALE: "azimuth_scale"}
 # Sizes of the columns of a fit: range m, azimuth rad and time s of a radar; each kind of error.
 _OFFSETS = (500.0, float(np.radians(0.5)), 1.0)
 _STEPS = {SHIFT: 1000.0, GAIN: 0.01, SCALE: 0.01, CLOCK: _OFFSETS[2]}
-
-
-@dataclass(frozen=True, slots=True)
-class SiteError:
-    """An error of one radar, or of radars that share a site.
-
-    Attributes
-    ----------
-    kind : str
-        `SHIFT`, `GAIN`, `SCALE` or `CLOCK`.
-    radars : tuple of int
-        Rows of the radars, or of a sensor that reports positions, in the table of sensors.
-    value : tuple of float
-        Configured minus true site, or reported minus true position, east and north, m, ratio of
-        measured to true range or azimuth minus 1, or claimed minus true time, s.
-    before_m, after_m : float
-        Median residual of the pairs with these radars as configured and with the error corrected,
-        m.
-    """
-
-    kind: str
-    radars: tuple[int, ...]
-    value: tuple[float, ...]
-    before_m: float
-    after_m: float
 
 
 class _Rows(NamedTuple):
@@ -132,6 +116,11 @@ class JointFit:
             columns = [_offset_columns(comparison, self._rows)]
             columns += _eccentricity_columns(sensors, comparison, self._rows)
             self._basis = np.concatenate(columns, axis=2)
+
+    @property
+    def radars(self) -> list[int]:
+        """The radars of the fit, as rows of the table of sensors."""
+        return [] if self._rows is None else _radars_of(self._comparison, self._rows)
 
     def site_errors(self) -> list[tuple[SiteError, ...]]:
         """Return errors of sites and range scales, the most certain first.
@@ -262,9 +251,10 @@ def check_site_errors(
     """
     radars: set[int] = set()
     found = []
-    for likely in (one for fit in joint for one in fit.site_errors()):
+    for group, likely in ((fit, one) for fit in joint for one in fit.site_errors()):
         radars.update(one for error in likely for one in error.radars)
-        sentence = _sentence(sensors, likely[0], likely[1:])
+        names = [sensors.ids[one] for one in group.radars]
+        sentence = _sentence(sensors, likely[0], likely[1:], names)
         code = _CODES[likely[0].kind]
         code = code if _is_sited(sensors, likely[0]) else "positions_displaced"
         found.append(Diagnosis(sensors.ids[likely[0].radars[0]], code, sentence))
@@ -272,26 +262,31 @@ def check_site_errors(
 
 
 def check_clock_errors(sensors: SensorTable, joint: Sequence[JointFit]) -> list[Diagnosis]:
-    """Warn of clocks that are off by less than `TIME_MIN_S`, which hardly affects biases."""
+    """Diagnose clocks; off by less than `TIME_MIN_S` with a warning: they hardly affect biases."""
     return [
         Diagnosis(
             sensors.ids[likely[0].radars[0]],
             "clock",
             _sentence(sensors, likely[0], likely[1:]),
-            "warning",
+            "error" if abs(likely[0].value[0]) >= TIME_MIN_S else "warning",
         )
         for fit in joint
         for likely in fit.clock_errors()
     ]
 
 
-def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError]) -> str:
+def _sentence(
+    sensors: SensorTable, error: SiteError, others: Sequence[SiteError], radars: Sequence[str] = ()
+) -> str:
     what = [_description(sensors, one) for one in (error, *others)]
     alone = "" if len(what) == 1 else " (data of another radar or ADS-B would show which)"
     kinds = {one.kind for one in (error, *others)}
     remedies = [_REMEDIES[kind] for kind in _REMEDIES if kind in kinds]
     if not _is_sited(sensors, error):
         remedies = ["its positions, or remove it from the recording"]
+        if len(radars) > 1:
+            what[0] += f", or the sites of all radars ({listed(radars)}) by as much the other way"
+            remedies = ["its positions, or the sites in the sensors file"]
     return (
         f"{', or '.join(what)}{alone}: with the {'first ' if others else ''}error corrected, the "
         f"median distance of its plots from the positions measured by other sensors is "
@@ -347,7 +342,8 @@ def _error(
     count = 2 if kind == SHIFT else 1
     solution = fit.solution[-count:]
     value = solution * _STEPS[kind]
-    if float(np.linalg.norm(value)) < LEAST[kind]:
+    is_reported = kind == SHIFT and not np.isin(radars, rows.own).any()
+    if float(np.linalg.norm(value)) < (POSITIONS_LEAST_M if is_reported else LEAST[kind]):
         return None
     covariance = equations.clustered(fit, count, rows.pairs.name)
     if float(np.sqrt(solution @ np.linalg.solve(covariance, solution))) < SIGMAS:

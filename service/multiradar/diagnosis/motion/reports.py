@@ -28,6 +28,8 @@ _JUMP_MPS = 600.0
 _HIGH_M, _FAST_MPS, _LOW_M, _CRUISE_MPS = 3000.0, 130.0, 610.0, 190.0
 #: Minutes as a fraction of a degree end here; steps over a whole degree that show it.
 _MINUTES_END, _MINUTES_STEPS = 0.6, 3
+#: Aircraft that are not all at one latitude or longitude.
+_CONSTANT_AIRCRAFT_MIN = 3
 #: Fewer low aircraft may all be fast.
 _LOW_AIRCRAFT_MIN = 5
 #: Jets cruise above this, m, at about one speed in all directions, with wind: the 16th and 84th
@@ -56,6 +58,9 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
             f"{name}: {np.mean(nowhere):.0%} of its positions are 0°, 0°, which probably stands "
             "for an unknown position; remove these rows",
         )
+    constant = _of_constant(name, plots)
+    if constant is not None:
+        return constant
     if np.ptp(plots.time_s) == 0.0 and len(np.unique(plots.latitude_deg)) >= TESTED_MIN:
         return Diagnosis(
             name,
@@ -76,6 +81,26 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         or _of_heights(name, plots, flown_m / apart_s)
         or _of_exchanged(name, plots, first, last)
     )
+
+
+# One latitude or longitude of several aircraft.
+def _of_constant(name: str, plots: Plots) -> Diagnosis | None:
+    names = _names(plots)
+    for column in ("latitude_deg", "longitude_deg"):
+        values: Floats = getattr(plots, column)
+        known, counts = np.unique(values[np.isfinite(values)], return_counts=True)
+        if not len(known) or counts.max() < max(SAME_MIN * counts.sum(), TESTED_MIN):
+            continue
+        value = known[counts.argmax()]
+        if len(np.unique(names[(values == value) & (names >= 0)])) >= _CONSTANT_AIRCRAFT_MIN:
+            return Diagnosis(
+                name,
+                "column_constant",
+                f"{name}: its {column} is probably a placeholder: the value is {value:.10g} in "
+                f"{counts.max() / counts.sum():.0%} of its positions, of several aircraft; fill "
+                "the column with the reported values",
+            )
+    return None
 
 
 # Successive reports of one aircraft.

@@ -11,8 +11,9 @@ from itertools import combinations
 import numpy as np
 import polars as pl
 
+from multiradar.diagnosis.cross_sensor.clocks import late_positions
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MAX, TESTED_MIN, Comparison
-from multiradar.diagnosis.cross_sensor.references import candidate_pairs
+from multiradar.diagnosis.cross_sensor.references import candidate_pairs, common_key
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import KEYS, Integers, positions
@@ -129,8 +130,10 @@ def _of_form(name: str, key: int, form: str, than: str, *, is_sure: bool) -> Dia
 # nearly all differ and each is always on the same path, and None where neither is certain.
 def _are_alike(comparison: Comparison, first: int, later: int, key: int) -> bool | None:
     own, theirs, path, is_alike = _matched(comparison, first, later, key)
-    if is_alike:
+    if is_alike or _is_late(comparison, first, later, key):
         return True
+    if key != _TRACK_NUMBER and (same := _alike_by_number(comparison, first, later, key)):
+        return same
     if len(own) < TESTED_MIN or len(np.unique(own)) < IDENTITIES_MIN:
         return None
     if np.mean(theirs == own) > SAME_MAX:
@@ -138,6 +141,24 @@ def _are_alike(comparison: Comparison, first: int, later: int, key: int) -> bool
     counts = pl.DataFrame({"own": own, "path": path}).group_by("own", "path").len()
     most = counts.group_by("own").agg(pl.col("len").max())
     return None if int(most["len"].sum()) < ON_PATH_MIN * len(own) else False
+
+
+# Whether most aircraft with one track number in two sensors have one identity, too.
+def _alike_by_number(comparison: Comparison, first: int, later: int, key: int) -> bool:
+    own, theirs = (
+        dict(comparison.plots(one).keys[:, [_TRACK_NUMBER, key]].tolist()) for one in (first, later)
+    )
+    known = [one for one in own if one >= 0 and own[one] >= 0 and theirs.get(one, -1) >= 0]
+    same = sum(own[one] == theirs[one] for one in known)
+    return len(known) >= IDENTITIES_MIN and same >= (1.0 - SAME_MAX) * len(known)
+
+
+# Whether a wrong clock displaces each aircraft along the path with its own identity.
+def _is_late(comparison: Comparison, first: int, later: int, key: int) -> bool:
+    if common_key(comparison.tested(first), [comparison.plots(later)]) != key:
+        return False
+    pairs = comparison.pairs(first, [later])
+    return bool(np.isfinite(late_positions(comparison, first, pairs)))
 
 
 # Own identity, that of the nearest path of another sensor, and the path, of each plot with both;

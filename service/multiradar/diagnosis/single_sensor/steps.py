@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.noise import two_digits
 from multiradar.diagnosis.plots import Floats, Plots
@@ -13,7 +14,11 @@ from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 #: Plots that show a step.
 _PLOTS_MIN = 100
 #: Tolerance of a step as a fraction of it, and of whole numbers.
-_WITHIN, _WHOLE_WITHIN = 0.02, 0.75
+_WITHIN, _WHOLE_WITHIN = 0.02, 1.1
+#: Times that a step is estimated from all values, the first one from the least difference.
+_REFINED = 3
+#: Fraction of the successive steps of an aircraft that rounding makes unequal, at least.
+_BENDS_MIN = 0.1
 #: Length of a degree of latitude, m.
 _DEGREE_M = EARTH_RADIUS_M * float(np.radians(1.0))
 #: The largest value is a limit if this fraction of the plots has it, so many times more than each
@@ -39,10 +44,12 @@ def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagn
     for column, sigma in sigmas.items():
         values: Floats = getattr(plots, column)
         known = np.unique(values[np.isfinite(values)])
+        if len(known) < TESTED_MIN:
+            continue
         size = _DEGREE_M if column == "latitude_deg" else 1.0
         # The standard deviation of a rounding error is the step over √12.
         step = step_of(known, np.sqrt(12.0) * sigma / size)
-        if not step or len(known) < TESTED_MIN:
+        if not step or _is_regular(plots, values, step):
             continue
         error = step / np.sqrt(12.0) * size
         unit = "°" if column == "azimuth_deg" else " m"
@@ -55,6 +62,15 @@ def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagn
             f"sensors file is {sigma:g}{unit}; write the values as measured",
         )
     return None
+
+
+# Whether aircraft move by equal steps, as at a constant speed, which rounding makes unequal.
+def _is_regular(plots: Plots, values: Floats, step: float) -> bool:
+    names = aircraft_of(plots)
+    order = np.lexsort((plots.time_s, names))
+    alike = names[order][2:] == names[order][:-2]
+    bends = np.abs(np.diff(values[order], 2))[alike] > 0.5 * step
+    return len(bends) < TESTED_MIN or float(np.mean(bends)) < _BENDS_MIN
 
 
 def step_of(values: Floats, least: float) -> float:
@@ -76,10 +92,12 @@ def step_of(values: Floats, least: float) -> float:
     if len(apart) == 0 or not apart.min() > 0.9 * least:
         return 0.0
     whole = _WHOLE_WITHIN if (values == np.round(values)).all() else 0.0
-    number = np.cumsum(np.round(apart / apart.min()))
-    step, first = np.polyfit(number, values[1:], 1)
-    off = np.abs(values[1:] - first - step * number)
-    return float(step) if off.max() <= _WITHIN * step + whole and step > least else 0.0
+    step = float(apart.min())
+    for _ in range(_REFINED):
+        number = np.cumsum(np.round(apart / step))
+        step = float((values[-1] - values[0]) / number[-1])
+    off = np.abs(values[1:] - values[0] - step * number)
+    return step if off.max() <= _WITHIN * step + whole and step > least else 0.0
 
 
 def check_limits(name: str, plots: Plots) -> Diagnosis | None:

@@ -31,7 +31,12 @@ def sensors_text(scenario: Scenario) -> str:
         Sites, sigmas, scan periods, priors and drifts, without the values of the biases.
     """
     plane = SystemPlane(*scenario.centre_rad)
-    return _HEAD + toml_text({"sensor": [_sensor(one, plane) for one in scenario.sensors]})
+    tables = [_sensor(one, plane) for one in scenario.sensors]
+    if not any("latitude_deg" in one for one in tables):
+        # Of ADS-B alone: the tracker needs one position.
+        centre = np.round(np.degrees(scenario.centre_rad), _DIGITS).tolist()
+        tables[0] |= dict(zip(("latitude_deg", "longitude_deg"), centre, strict=True))
+    return _HEAD + toml_text({"sensor": tables})
 
 
 def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:

@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
-from multiradar.diagnosis.cross_sensor.site_errors import (
-    AIRCRAFT_MIN,
-    GAIN,
-    PAIRS_MIN,
-    SCALE,
-    SHIFT,
-    JointFit,
-)
+from multiradar.diagnosis.cross_sensor.effects import GAIN, SCALE, SHIFT
+from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, JointFit
 from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, recording
 
 
