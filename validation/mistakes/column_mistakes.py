@@ -167,7 +167,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "ADS-B in GPS time (18 s ahead)",
         plots("adsb", time_s=_TIME + 18.0),
         TRACK,
-        message=("adsb: its clock is probably 17.", "(GPS time instead of UTC?)"),
+        message=("adsb: its clock is probably 18.", "(GPS time instead of UTC?)"),
         sensors=("adsb",),
     ),
     Mistake(

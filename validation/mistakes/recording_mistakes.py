@@ -11,6 +11,7 @@ import polars as pl
 from validation.mistakes.mistake import (
     RADAR,
     SENSORS,
+    TRACK,
     Mistake,
     Sample,
     alone,
@@ -30,6 +31,12 @@ def _thinned(every: int) -> Callable[[Sample, Path], None]:
     return lambda sample, folder: write(
         folder, sample.measurements.gather_every(every), sample.sensors
     )
+
+
+def _without(from_s: float, to_s: float) -> Callable[[Sample, Path], None]:
+    """Return a function that removes the rows of a time of the recording."""
+    inside = (_START_S + from_s < _TIME) & (_START_S + to_s > _TIME)
+    return lambda sample, folder: write(folder, sample.measurements.filter(~inside), sample.sensors)
 
 
 def _turned(angle_deg: float, from_s: float) -> pl.Expr:
@@ -85,5 +92,85 @@ RECORDING_MISTAKES: tuple[Mistake, ...] = (
         "azimuths of the only radar anticlockwise from east",
         alone(plots(azimuth_deg=(450.0 - _AZIMUTH) % 360.0), RADAR),
         message=("26-10: its azimuths are probably measured anticlockwise",),
+    ),
+    Mistake(
+        "every second row of the recording",
+        _thinned(2),
+        message=("26-10: its aircraft are detected only once in about 2 scans",),
+        sensors=_RADARS,
+    ),
+    Mistake(
+        "two minutes missing in all sensors",
+        _without(300.0, 420.0),
+        command=TRACK,
+        message=(
+            "no sensor has measurements from 2018-08-01 08:05:00 UTC to 2018-08-01 08:07:00 UTC",
+            "aircraft fly before and after it: a part of the recording is missing",
+        ),
+    ),
+    Mistake(
+        "an hour at a change of daylight saving time",
+        plots(time_s=_TIME + pl.when(_START_S + 400.0 <= _TIME).then(3600.0).otherwise(0.0)),
+        message=(
+            "the times probably jump by 1 h, from 2018-08-01 08:06",
+            "daylight saving time",
+        ),
+    ),
+    Mistake(
+        "height 5000 m in all plots",
+        plots(RADAR, height_m=pl.lit(5000.0)),
+        command=TRACK,
+        message=("26-10: its height_m is probably a placeholder: the value is 5000 for all",),
+    ),
+    Mistake(
+        "heights of all radars 300 m off against ADS-B",
+        plots(height_m=pl.col("height_m") + 300.0),
+        command=TRACK,
+        message=(
+            "adsb: its heights probably have an offset, or those of the radars have the opposite "
+            "offset: they are 298 m below",
+        ),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "ADS-B without heights",
+        plots("adsb", height_m=pl.lit(None, pl.Float64)),
+        command=TRACK,
+        message=("adsb: its heights are probably lost: none of its positions has one",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "ADS-B displaced by 100 m",
+        plots("adsb", latitude_deg=pl.col("latitude_deg") + 100.0 / 111_195.0),
+        command=TRACK,
+        message=(
+            "adsb: its positions are probably displaced by 0.10 km north",
+            "or the sites of all radars (26-10, 35-10, 41-1, 41-10) by as much the other way",
+        ),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "ranges in steps of 0.1 NM",
+        plots(RADAR, range_m=(pl.col("range_m") / 185.2).round() * 185.2),
+        message=("26-10: its range_m is probably rounded: all values are multiples of 185.2 m",),
+    ),
+    Mistake(
+        "ranges of at most 65 535 m",
+        plots(RADAR, range_m=pl.min_horizontal("range_m", pl.lit(65_535.0))),
+        message=("26-10: its ranges are probably limited to 65535 m",),
+    ),
+    Mistake(
+        "a clock off by 60 s",
+        plots(RADAR, time_s=_TIME + 60.0),
+        message=("26-10: its clock is probably 5", "s ahead"),
+    ),
+    Mistake(
+        "identities of the row before",
+        plots(
+            RADAR,
+            track_number=pl.col("track_number").shift(1).over("sensor_id"),
+            mode_3a=pl.col("mode_3a").shift(1).over("sensor_id"),
+        ),
+        message=("26-10: its track numbers (track_number)", "with those of the row after"),
     ),
 )
