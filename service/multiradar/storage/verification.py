@@ -249,6 +249,8 @@ class _Check:
             return
         count = 0
         with self._noting():
+            rows.removed_changes(connection)
+        with self._noting():
             for row in connection.execute(REMOVED):
                 count += 1
                 try:

@@ -74,8 +74,18 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
 def _of_journal(report: Mapping[str, Any]) -> list[str]:
     from multiradar.storage.entries import MEASUREMENTS_BYTES_MAX
 
-    lost, changes = report["figures"]["not_recovered"], report["figures"]["sensor_changes"]
+    figures = report["figures"]
+    lost, changes, steps = (
+        figures[name] for name in ("not_recovered", "sensor_changes", "clock_changes")
+    )
     found = []
+    if steps:
+        numbers = [one["entry"] for one in steps]
+        found.append(
+            "the data time was set by an operator while the service was running: "
+            f"{_first_of([f'entry {number}' for number in numbers])}; `track` does not repeat "
+            "this, so that its tracks differ; `multiradar migrate` does"
+        )
     if lost:
         found.append(
             f"{lost} rejected rows with the codes to recover were not recovered: their content is "
@@ -83,15 +93,18 @@ def _of_journal(report: Mapping[str, Any]) -> list[str]:
             f"longer than {MEASUREMENTS_BYTES_MAX >> 20} MiB; rejects.ndjson lists them, and "
             "smaller messages keep all"
         )
-    if not changes:
-        return found
-    named = ", ".join(f"{one['sensor_id']} in entry {one['entry']}" for one in changes[:5])
-    more = f" and {len(changes) - 5} more" if len(changes) > 5 else ""
-    return [
-        *found,
-        f"sensors were changed while the service was running: {named}{more}; `track` uses one "
-        "description of each sensor for all measurements",
-    ]
+    if changes:
+        named = _first_of([f"{one['sensor_id']} in entry {one['entry']}" for one in changes])
+        found.append(
+            f"sensors were changed while the service was running: {named}; `track` uses one "
+            "description of each sensor for all measurements"
+        )
+    return found
+
+
+def _first_of(names: list[str]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(names[:5]) + more
 
 
 # A zone is for local times.

@@ -10,6 +10,7 @@ Table                 Rows
 ``skipped``           one for each entry that the engine cannot process
 ``base``              one, in a shortened journal: the last removed entry
 ``removed``           one for each removed entry with a key, which is still recognised
+``sensor_change``     one for each removed change of a sensor, which a migration needs
 ====================  ==========================================================================
 
 The digest of each entry is recomputed from the previous one, the numbers must be complete, and the
@@ -58,6 +59,11 @@ CREATE TABLE removed (
     accepted INTEGER NOT NULL, rejects TEXT NOT NULL, admission TEXT NOT NULL, digest BLOB NOT NULL
 ) WITHOUT ROWID;
 """
+#: Changes of sensors among the removed entries.
+CHANGES_SCHEMA = (
+    "CREATE TABLE IF NOT EXISTS sensor_change "
+    "(sequence INTEGER PRIMARY KEY, payload TEXT NOT NULL, digest BLOB NOT NULL)"
+)
 #: The columns of an entry, in the order in which `JournalRows.verified` expects them.
 ENTRY = (
     "SELECT kind, source, idempotency_key, payload, accepted, rejects, admission, digest, sequence "
@@ -217,6 +223,16 @@ class JournalRows:
             raise self.damaged(sequence, "the key does not match the digest")
         return StoredEntry(sequence, columns.entry(), digest)
 
+    def removed_changes(self, connection: sqlite3.Connection) -> list[bytes]:
+        """Return the changes of sensors among the removed entries, in their order."""
+        if not _has_table(connection, "sensor_change"):
+            return []
+        found = connection.execute("SELECT * FROM sensor_change ORDER BY sequence").fetchall()
+        for sequence, payload, digest in found:
+            if mark_digest(sequence, str(payload)) != digest:
+                raise self.damaged(sequence, "the sensor change does not match the digest")
+        return [payload.encode() for _, payload, _ in found]
+
     def check_end(self, head: Head, sequence: int, digest: bytes) -> None:
         """Raise JournalError if the last entry read is not the one in the head."""
         if sequence < head.sequence:
@@ -288,11 +304,15 @@ def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
 
 def description_of(connection: sqlite3.Connection) -> str:
     """Return the description of the configuration of a journal; empty if it has none."""
-    known = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'configuration'")
-    if known.fetchone() is None:
+    if not _has_table(connection, "configuration"):
         return ""
     found = connection.execute("SELECT description FROM configuration").fetchone()
     return "" if found is None else str(found[0])
+
+
+def _has_table(connection: sqlite3.Connection, name: str) -> bool:
+    known = connection.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (name,))
+    return known.fetchone() is not None
 
 
 def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:

@@ -64,3 +64,15 @@ def journal_entries(journal: Path) -> Iterator[tuple[int, int, Iterator[StoredEn
             rows.check_end(head, sequence, digest)
 
         yield base.sequence + 1, head.sequence, entries()
+
+
+def removed_changes(journal: Path) -> list[bytes]:
+    """Return the changes of sensors before the first entry of a journal; raises as above."""
+    path = journal.resolve() if journal.is_symlink() else journal
+    with (
+        journal_errors(path),
+        closing(open_database(path, reading_mode(path))) as connection,
+        snapshot(connection),
+    ):
+        version, fingerprint = header_of(connection, path)
+        return JournalRows(path, fingerprint, version).removed_changes(connection)

@@ -15,9 +15,10 @@ from typing import NamedTuple
 from multiradar.errors import JournalError
 from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.snapshots import Position
-from multiradar.storage.sqlite.chain import Columns, entry_digest
+from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
 from multiradar.storage.sqlite.file_lock import unchanged
 from multiradar.storage.sqlite.journal_rows import (
+    CHANGES_SCHEMA,
     ENTRY,
     SHORTENED_SCHEMA,
     SHORTENED_VERSION,
@@ -157,12 +158,14 @@ def _remove_some(
             connection.execute(statement)
         connection.execute("INSERT INTO base VALUES (0, ?, 0, 0, 0)", (rows.origin,))
         connection.execute("UPDATE header SET format_version = ?", (SHORTENED_VERSION,))
+    connection.execute(CHANGES_SCHEMA)
     keys = base.keys
     for stored in _first(connection, rows, base, until):
         base = _removed(base, stored)
         if stored.entry.idempotency_key is not None:
             keys += 1
             _note_key(connection, rows, stored)
+        _note_change(connection, stored)
     connection.execute("DELETE FROM entry WHERE sequence <= ?", (base.sequence,))
     connection.execute("DELETE FROM quarantine WHERE sequence <= ?", (base.sequence,))
     connection.execute(
@@ -209,6 +212,14 @@ def _note_key(connection: sqlite3.Connection, rows: JournalRows, stored: StoredE
         (kept.idempotency_key, stored.sequence, kept.kind, kept.accepted, kept.rejects,
          kept.admission, digest),
     )  # fmt: skip
+
+
+# What a migration applies before the first entry.
+def _note_change(connection: sqlite3.Connection, stored: StoredEntry) -> None:
+    if stored.entry.kind is EntryKind.SENSOR:
+        change = stored.entry.payload.decode()
+        given = (stored.sequence, change, mark_digest(stored.sequence, change))
+        connection.execute("INSERT INTO sensor_change VALUES (?, ?, ?)", given)
 
 
 @contextmanager

@@ -105,6 +105,7 @@ class _Found:
     outside: int = 0
     flushes: int = 0
     sensor_changes: list[dict[str, Any]] = field(default_factory=list)
+    clock_changes: list[dict[str, Any]] = field(default_factory=list)
     first_s: float = np.inf
     last_s: float = -np.inf
 
@@ -112,6 +113,7 @@ class _Found:
         """Return the measurements of an entry, and write its rejected rows."""
         import polars as pl
 
+        from multiradar.runtime.admission.admission_by_time import data_clock_of
         from multiradar.runtime.admission.sensors_in_force import changed_sensor
         from multiradar.runtime.live.payload import decode_rows
         from multiradar_schemas.measurements.columns import complete
@@ -121,6 +123,9 @@ class _Found:
         if entry.kind is EntryKind.SENSOR:
             sensor_id = changed_sensor(entry.payload)
             self.sensor_changes.append({"entry": stored.sequence, "sensor_id": sensor_id})
+        elif entry.kind is EntryKind.CLOCK:
+            time_s = data_clock_of(entry.admission)
+            self.clock_changes.append({"entry": stored.sequence, "time_s": time_s})
         elif entry.kind is EntryKind.FLUSH:
             self.flushes += 1
         elif entry.kind is EntryKind.BATCH and entry.payload:
@@ -206,6 +211,7 @@ class _Found:
                 "outside": self.outside,
                 "flushes": self.flushes,
                 "sensor_changes": self.sensor_changes,
+                "clock_changes": self.clock_changes,
             },
         ))  # fmt: skip
 

@@ -108,7 +108,8 @@ def migrate(
     JournalError
         The source is damaged.
     ConfigurationError
-        The journal is of another format, or a change of a sensor does not apply to these sensors.
+        The journal is of another format, a change of a sensor does not apply to these sensors, or
+        changes before the first entry of an archive are unknown.
     """
     from multiradar.runtime.admission.past_admission import PastAdmission
     from multiradar.runtime.admission.sensors_in_force import SensorsInForce
@@ -133,6 +134,10 @@ def migrate(
                 done.first = first
                 waiting: list[Entry] = []
                 given = {one.id: one for one in described.sensor} if override_changes else {}
+                for change in _earlier_changes(source, first, given):
+                    sensors = _with_change(change, sensors, admission)
+                    waiting.append(_change_entry(change, admission))
+                    done.count(waiting[-1], waiting[-1])
                 for stored in entries:
                     entry, sensors = _admitted(stored.entry, sensors, admission, given)
                     done.count(stored.entry, entry)
@@ -162,19 +167,52 @@ def _admitted(
         if sensor_id in given:
             # The entry stays, so that all have their numbers, and changes nothing.
             submission = replace(submission, change=change_to(given[sensor_id]))
-        try:
-            sensors, _ = sensors.changed(submission.change)
-        except ConfigurationError as error:
-            raise ConfigurationError(
-                f"a change of {sensor_id} in the journal does not apply to the sensors file; use "
-                f"--override-changes to migrate with the sensors file alone ({error})"
-            ) from error
-        admission.use(sensors.table)
+        sensors = _with_change(submission.change, sensors, admission)
     prepared = prepare([submission], sensors.table, admission)[0]
     if isinstance(prepared, Exception):
         raise prepared
     admission.use_clock_of(entry.admission)
     return replace(prepared.entry, admission=admission.state()), sensors
+
+
+def _with_change(
+    change: bytes, sensors: "SensorsInForce", admission: "Admission"
+) -> "SensorsInForce":
+    from multiradar.runtime.admission.sensors_in_force import changed_sensor
+
+    try:
+        sensors, _ = sensors.changed(change)
+    except ConfigurationError as error:
+        raise ConfigurationError(
+            f"a change of {changed_sensor(change)} in the journal does not apply to the sensors "
+            f"file; use --override-changes to migrate with the sensors file alone ({error})"
+        ) from error
+    admission.use(sensors.table)
+    return sensors
+
+
+# The last change of each sensor before the first entry, of those that are not given.
+def _earlier_changes(source: Path, first: int, given: "Mapping[str, Sensor]") -> list[bytes]:
+    from multiradar.runtime.admission.sensors_in_force import changed_sensor
+    from multiradar.storage.segments import segments_of
+    from multiradar.storage.sqlite.reading import removed_changes
+    from multiradar.toolbox.operation.backups import journal_of
+
+    if first == 1:
+        return []
+    if not (source.is_dir() and segments_of(source)):
+        last = {changed_sensor(one): one for one in removed_changes(journal_of(source))}
+        return [one for sensor_id, one in last.items() if sensor_id not in given]
+    if given:
+        return []
+    raise ConfigurationError(
+        f"{source}: entries before {first} were removed, so sensor changes made with PUT before it "
+        "are unknown; use --override-changes to migrate with the sensors file alone"
+    )
+
+
+def _change_entry(change: bytes, admission: "Admission") -> Entry:
+    return Entry(EntryKind.SENSOR, "migrate", None, change, 0, (), admission.state())
 
 
 # The message of an entry, whose accepted rows stood between the rejected ones.

@@ -16,6 +16,7 @@ from multiradar.storage.entries import MEASUREMENTS_BYTES_MAX, RejectedRow, boun
 from multiradar.storage.segments import segments_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry as journal_entry
+from support.processes import clients
 from support.processes.served import SENSORS
 from support.scenarios.recorded_scene import command, serving, write_scene
 
@@ -121,6 +122,23 @@ def test_what_cannot_be_recovered_is_counted_and_named(tmp_path: Path) -> None:
         run = mr.convert(tmp_path, recover=["TIME_LATE"])
     assert run.report["figures"]["recovered_by_code"] == {"TIME_LATE": kept}
     assert run.report["figures"]["not_recovered"] == 5000 - kept
+
+
+def test_data_times_set_by_an_operator_are_named(scene: _Scene, tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    with serving("--sensors", scene.sensors, "--state", state, *COMMON) as served:
+        row = {"time_s": 1700000000.0, "sensor_id": "41-10", "kind": "radar", "range_m": 50e3}
+        client = clients.client(served.http)
+        sent = client.post("/v1/measurements", json=[row | {"azimuth_deg": 9.0}])
+        assert sent.json()["accepted"] == 1
+        for time_s in (1700003600.0, 1700000000.0):
+            answer = client.post("/v1/clock", params={"time_s": time_s})
+            assert answer.status_code == 200, answer.text
+    with pytest.warns(DataWarning, match=r"set by an operator .*: entry 2, entry 3; `track` does"):
+        run = mr.convert(state)
+    assert run.report["figures"]["clock_changes"] == [
+        {"entry": 2, "time_s": 1700003600.0}, {"entry": 3, "time_s": 1700000000.0},
+    ]  # fmt: skip
 
 
 def test_only_the_chosen_time_is_converted(scene: _Scene) -> None:

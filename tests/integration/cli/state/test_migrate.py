@@ -2,12 +2,15 @@
 
 import json
 import signal
+import sqlite3
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 
+from multiradar.storage.snapshots import Position
+from multiradar.storage.sqlite.shortening import digests_of, remove_until
 from support.processes.served import SENSORS
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.recorded_scene import command, serving, write_scene
@@ -82,6 +85,48 @@ def test_the_sensors_file_overrides_changes_on_request(tmp_path: Path) -> None:
         assert _replay(measurements, served.http).returncode == 0
         expected = served.status()["output_sha256"]
     assert found["figures"]["output_sha256"] == expected != same["figures"]["output_sha256"]
+
+
+def test_changes_before_the_first_entry_of_a_shortened_journal_are_reapplied(
+    tmp_path: Path,
+) -> None:
+    measurements, sensors = write_scene(tmp_path, ROWS)
+    state, archive = tmp_path / "state", tmp_path / "archive"
+
+    def changed(http: str, sensor_id: str, **values: object) -> None:
+        path = f"{http}/v1/sensors/{sensor_id}"
+        known = httpx.get(f"{path}/configuration", timeout=WAIT_TIMEOUT_S).json()
+        done = httpx.put(path, json=known | values, timeout=WAIT_TIMEOUT_S)
+        assert done.status_code == 200, done.text
+
+    with serving("--sensors", sensors, "--state", state, *COMMON) as served:
+        for sigma_m in (80.0, 90.0):
+            changed(served.http, "41-10", range_sigma_m=sigma_m)
+        changed(served.http, "adsb", enabled=False)
+        assert command("archive", state, archive).returncode == 0
+        assert _replay(measurements, served.http).returncode == 0
+        changed(served.http, "adsb", enabled=True)
+        served.status()
+    assert command("archive", state, archive).returncode == 0
+    journal = state / "journal.sqlite"
+    remove_until(journal, Position(3, digests_of(journal, [3])[3]))
+    assert command("verify", state).returncode == 0
+    found = _migrated(state, tmp_path / "new", "--sensors", sensors)
+    assert found["changed_sensors"] == {"41-10": 1, "adsb": 2}
+    assert 0 < found["accepted"] == found["accepted_before"] < ROWS
+    with serving("--sensors", sensors, "--state", tmp_path / "new", *COMMON) as served:
+        path = f"{served.http}/v1/sensors/41-10/configuration"
+        assert httpx.get(path, timeout=WAIT_TIMEOUT_S).json()["range_sigma_m"] == 90.0
+    own = _migrated(state, tmp_path / "own", "--sensors", sensors, "--override-changes")
+    assert own["changed_sensors"] == {"adsb": 1}
+    with sqlite3.connect(journal) as connection:
+        connection.execute("UPDATE sensor_change SET payload = replace(payload, '90', '91')")
+    assert "the sensor change does not match the digest" in command("verify", state).stderr
+    # The archive without its first segment does not have them.
+    min(archive.iterdir()).unlink()
+    done = command("migrate", archive, tmp_path / "none", "--sensors", sensors)
+    assert "changes made with PUT before it are unknown; use --override-changes" in done.stderr
+    assert done.returncode == 1
 
 
 def test_a_change_that_does_not_apply_names_the_option(tmp_path: Path) -> None:
