@@ -14,7 +14,7 @@ from multiradar.diagnosis.cross_sensor.heights import unit_of
 from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import heights_differ
-from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Floats, Plots
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
@@ -127,12 +127,13 @@ def _of_constant(
     )
 
 
-def _placeholder(name: str, value_m: float, why: str) -> Diagnosis:
+def _placeholder(name: str, value_m: float, why: str, severity: Severity = "error") -> Diagnosis:
     return Diagnosis(
         name,
         "column_constant",
         f"{name}: its height_m is probably a placeholder: the value is {value_m:g} for all its "
         f"aircraft, but {why}; write the measured heights, or leave height_m empty",
+        severity,
     )
 
 
@@ -173,6 +174,8 @@ def _of_all(
     }
     known = [one for one in spreads_m.values() if np.isfinite(one)]
     plane = set(values_m.values()) == {_PLANE_HEIGHT_M}
+    # Nothing contradicts it where nobody else sees the aircraft: all may fly at one level.
+    severity: Severity = "error" if known else "warning"
     if known and max(known) > 0.0:
         why = "their ranges and positions differ as those of aircraft at several heights do"
     elif known or plane:
@@ -186,7 +189,7 @@ def _of_all(
         if not all(asked):
             return []
         why = "aircraft rarely fly at one height without any change"
-    return [_placeholder(names[one], values_m[one], why) for one in constant]
+    return [_placeholder(names[one], values_m[one], why, severity) for one in constant]
 
 
 # Sensors outside the largest group whose heights agree.

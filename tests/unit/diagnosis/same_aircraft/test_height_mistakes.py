@@ -29,10 +29,16 @@ def test_one_height_of_all_sensors_contradicts_their_ranges() -> None:
     }
 
 
-@pytest.mark.parametrize("names", [(NAME,), (NAME, "adsb")])
-def test_one_height_of_a_radar_without_others_is_a_placeholder(names: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(("names", "severity"), [((NAME,), "warning"), ((NAME, "adsb"), "error")])
+def test_one_height_of_a_radar_without_others_may_be_a_placeholder(
+    names: tuple[str, ...], severity: str
+) -> None:
     one = with_reports(recording(positions=True)).only(*names)
-    assert (NAME, "column_constant") in one.changed(*names, height_m=placeholder(6000.0)).codes()
+    found = one.changed(*names, height_m=placeholder(6000.0)).diagnosed()
+    # Alone, its aircraft may all fly at one level.
+    assert {(it.sensor_id, it.code, it.severity) for it in found} == {
+        (name, "column_constant", severity) for name in names
+    }
 
 
 def test_heights_of_reports_that_are_0_or_missing_are_named() -> None:
