@@ -4,7 +4,7 @@ import hashlib
 import itertools
 import json
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple, Self
 
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow
@@ -60,9 +60,16 @@ def json_array(values: Iterable[object]) -> str:
 
     No other thread runs while the encoder does: not for all of a hostile message at once.
     """
+    return "".join(_array_pieces(values))
+
+
+def _array_pieces(values: Iterable[object]) -> Iterator[str]:
     iterator = iter(values)
-    pieces = iter(lambda: list(itertools.islice(iterator, _PIECE_VALUES)), [])
-    return f"[{', '.join(json.dumps(piece)[1:-1] for piece in pieces)}]"
+    before = "["
+    while piece := list(itertools.islice(iterator, _PIECE_VALUES)):
+        yield f"{before}{json.dumps(piece)[1:-1]}"
+        before = ", "
+    yield "[]" if before == "[" else "]"
 
 
 def origin_digest(format_version: int, fingerprint: str) -> bytes:
@@ -116,10 +123,25 @@ def _packed(rows: Sequence[RejectedRow]) -> str | bytes:
             "reason": (row.reason for row in rows),
             "raw": (row.raw for row in rows),
         }
-        members = (f'"{name}": {json_array(values)}' for name, values in columns.items())
-        return zlib.compress(f"{{{', '.join(members)}}}".encode())
+        return _compressed(_object_pieces(columns))
     text = json_array([row.index, row.code, row.reason, row.raw] for row in rows)
     return text if len(text) < _COMPRESSED_FROM else zlib.compress(text.encode())
+
+
+def _object_pieces(columns: Mapping[str, Iterable[object]]) -> Iterator[str]:
+    before = "{"
+    for name, values in columns.items():
+        yield f'{before}"{name}": '
+        yield from _array_pieces(values)
+        before = ", "
+    yield "}"
+
+
+# The text of a message may have 16 MiB: it is never whole.
+def _compressed(pieces: Iterable[str]) -> bytes:
+    compressor = zlib.compressobj()
+    found = [compressor.compress(piece.encode()) for piece in pieces]
+    return b"".join([*found, compressor.flush()])
 
 
 # Each index with the one before, the first with 0.
