@@ -107,7 +107,7 @@ class Publication:
     def watch_silence(self, silence: Silence) -> None:
         """Age the tracks by reception, too, and date the events. To be called before the start."""
         self._events.delay_s = lambda: silence.delay_s
-        self._known.silence = lambda: (silence.duration_s, silence.is_alarm)
+        self._known.silence = lambda: (silence.duration_s, silence.has_ceased)
 
     def keep(self, trajectories: TrajectoryFeed) -> None:
         """Reconstruct trajectory bundles from the output. To be called before the start."""

@@ -1,5 +1,6 @@
 """`/readyz` and `/healthz` of a service that cannot write, is behind, rejects all, or is stuck."""
 
+import re
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -12,10 +13,12 @@ from multiradar.api.factory import create_api
 from multiradar.clock import FixedClock
 from multiradar.errors import JournalError, JournalFullError, MultiradarError, PipelineError
 from multiradar.runtime.live.readiness import (
+    CODES,
     IS_STANDBY,
     RECENT_S,
     REJECTED_ROWS_MIN,
     Disk,
+    Reason,
     ServiceState,
     state_reason,
 )
@@ -26,6 +29,7 @@ from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
+from support.paths import ROOT
 from support.processes.live_services import TABLE, FailingJournal, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import START_S, recording
@@ -245,3 +249,21 @@ def test_what_accepts_no_measurements_has_a_code_and_a_reason(
 ) -> None:
     found = state_reason(failure, ServiceState(state), step)
     assert (None if found is None else (found.code, found.text)) == expected
+
+
+async def test_the_documented_proxy_of_feeds_uses_each_service_that_accepts(
+    scene: _Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (ROOT / "docs/howto/standby.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^    http-check expect ! rstring (\S+)$", text, re.M)
+    transport = httpx.ASGITransport(create_api(scene.service))
+    excluded = []
+    async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+        assert not re.search(example, (await client.get("/readyz")).text)
+        for code in CODES:
+            monkeypatch.setattr(scene.service, "unready_checks", [lambda c=code: Reason(c, "why")])
+            if re.search(example, (await client.get("/readyz")).text):
+                excluded.append(code)
+    assert excluded == ["NOT_READY", "STANDBY", "JOURNAL_FAILED"]
+    manual = (ROOT / "docs/howto/operations.md").read_text(encoding="utf-8")
+    assert f"grep -qvE '{example}'" in manual

@@ -112,39 +112,52 @@ def test_rejected_measurements_do_not_end_it(running: tuple[Service, FixedClock,
     assert settled(service)["alarms"] == (["no_data"] if live else [])
 
 
+@pytest.mark.parametrize("is_takeover", [False, True])
 @pytest.mark.parametrize(
-    ("down_s", "alarms"), [(30.0, ["no_data"]), (36_000.0, ["no_data"]), (90_000.0, []), (2.0, [])]
+    ("down_s", "is_live"), [(30.0, True), (36_000.0, True), (90_000.0, False), (2.0, True)]
 )
-def test_a_restart_without_new_data_does_not_hide_it(down_s: float, alarms: list[str]) -> None:
+def test_silence_counts_from_a_start_or_takeover_for_the_alarm_but_not_for_tracks(
+    down_s: float, is_live: bool, is_takeover: bool
+) -> None:
+    """A proxy sends nothing to an unready service, which would remain so."""
     clock, journal = FixedClock(START_S + 5.2), MemoryJournal()
 
-    def started() -> Service:
-        service = Service(
+    first, second = (
+        Service(
             open_journal=lambda: journal,
             open_engine=FakeEngine,
             sensors=TABLE,
             tracking=TrackingSettings(),
             clock=clock,
         )
-        service.start()
-        return service
-
-    first = started()
+        for _ in range(2)
+    )
+    first.start()
     submit(first, recording(100))
     assert settled(first)["received_age_s"] == 0.0
     first.stop()
+    if is_takeover:
+        second.start(following=True)
     clock.advance(down_s)
-    second = started()
+    if is_takeover:
+        second.lead()
+    else:
+        second.start()
     try:
-        # Of a time of the same day: older data are those of a replay.
-        status = settled(second)
-        assert status["alarms"] == alarms
-        assert status["received_age_s"] is None
-        assert status["silence_limit_s"] == WITHOUT_SCANS_S
-        if alarms:
-            assert status["silence_s"] == pytest.approx(down_s, abs=0.5)
-            assert set(second.view.tracks()["state"]) == {"stale"}
-        submit(second, recording(5).with_columns(pl.col("time_s") + down_s + 5.0))
+        for further_s, since_s in ((0.0, 0.0), (9.5, 9.5), (1.0, 10.5)):
+            clock.advance(further_s)
+            # Of a time of the same day: older data are those of a replay.
+            has_ceased = is_live and down_s + since_s > WITHOUT_SCANS_S
+            is_alarm = is_live and since_s > WITHOUT_SCANS_S
+            status = settled(second)
+            assert status["alarms"] == ["no_data"] * is_alarm
+            assert [one["code"] for one in status["unready"]] == ["NO_DATA"] * is_alarm  # type: ignore[attr-defined]
+            assert status["received_age_s"] is None
+            assert status["silence_limit_s"] == WITHOUT_SCANS_S
+            if is_live:
+                assert status["silence_s"] == pytest.approx(down_s + since_s, abs=0.5)
+            assert (set(second.view.tracks()["state"]) == {"stale"}) is has_ceased
+        submit(second, recording(5).with_columns(pl.col("time_s") + down_s + 15.0))
         status = settled(second)
         assert (status["alarms"], status["received_age_s"]) == ([], 0.0)
     finally:

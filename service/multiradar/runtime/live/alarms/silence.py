@@ -3,7 +3,8 @@
 The data time stands still without measurements, so nothing that depends on it would show that they
 have ceased. This is the only part that compares data times with the clock of the machine, and no
 output of the engine depends on it. It applies to data in real time; a replay of older data ends
-without an alarm.
+without an alarm. Silence while the service could not receive raises none either: a proxy would send
+nothing to a service that is unready for that reason.
 """
 
 import math
@@ -41,6 +42,7 @@ class Silence:
         self._clock = clock
         self._heard_s = self._received_s = math.nan
         self._behind_s = math.nan
+        self._resumed_s = -math.inf
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors."""
@@ -56,11 +58,12 @@ class Silence:
         self._heard_s = self._received_s = self._clock.monotonic_s()
 
     def resume(self, data_clock_s: float) -> None:
-        """Continue after a restart with the data clock of the journal, s."""
+        """Continue after a restart or takeover with the data clock of the journal, s."""
+        self._resumed_s = self._clock.monotonic_s()
         old_s = self._clock.now_s() - data_clock_s
         if -REAL_TIME_WITHIN_S <= old_s <= RESTARTED_WITHIN_S:
             self._behind_s = 0.0
-            self._heard_s = self._clock.monotonic_s() - max(old_s, 0.0)
+            self._heard_s = self._resumed_s - max(old_s, 0.0)
 
     @property
     def received_age_s(self) -> float | None:
@@ -83,9 +86,15 @@ class Silence:
         return None if duration_s is None else self._behind_s + duration_s
 
     @property
-    def is_alarm(self) -> bool:
-        """Whether the data have ceased."""
+    def has_ceased(self) -> bool:
+        """Whether the tracks are stale, since there are no data, for whatever reason."""
         return (self.duration_s or 0.0) > self.bound_s
+
+    @property
+    def is_alarm(self) -> bool:
+        """Whether the data have ceased, and the service has been able to receive for so long."""
+        able_s = self._clock.monotonic_s() - self._resumed_s
+        return self.has_ceased and able_s > self.bound_s
 
     def sentence(self) -> str:
         """Return what is wrong, in words; empty without an alarm."""
