@@ -16,7 +16,7 @@ from multiradar.cli.options import (
     OverlaysOption,
 )
 from multiradar.cli.terminal.stop_signals import stop_on_signals
-from multiradar.errors import JournalError, PipelineError
+from multiradar.errors import JournalError, MultiradarError, PipelineError
 from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 
 if TYPE_CHECKING:
@@ -215,20 +215,28 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             application.stop()
     if failed.is_set():
         failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
-        advice = "restart the service (acknowledged data are safe on disk)"
-        if isinstance(failure, JournalError):
-            advice = f"before a restart, {_ON_DAMAGE}"
-        raise PipelineError(f"{failure}; {advice}")
+        raise PipelineError(f"{failure}{advice_after(failure)}")
+
+
+def advice_after(failure: MultiradarError | str) -> str:
+    """Return what to do after a failure, to append to its message; empty if that says it."""
+    if isinstance(failure, JournalError):
+        return "" if _has_advice(failure) else f"; before a restart, {_ON_DAMAGE}"
+    return "; restart the service (acknowledged data are safe on disk)"
 
 
 def _start(application: "Application") -> None:
     try:
         application.start()
     except JournalError as error:
-        # What is found damaged in reading is named without advice.
-        if ";" in str(error):
+        if _has_advice(error):
             raise
         raise JournalError(f"{error}; {_ON_DAMAGE}, or restore a backup") from error
+
+
+# What is found damaged in reading is named without advice.
+def _has_advice(error: JournalError) -> bool:
+    return ";" in str(error)
 
 
 # What the start would report later.

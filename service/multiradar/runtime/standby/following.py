@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from multiradar.clock import Clock
+from multiradar.errors import RemovedEntriesError
 from multiradar.runtime.live.readiness import PRIMARY
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads, log_end
 
@@ -18,6 +19,11 @@ _log = logging.getLogger(__name__)
 
 #: The lock and the journal are looked at so often, s.
 PERIOD_S = 0.02
+
+_LAGGED = (
+    "the journal was shortened while this standby lagged: entries that it has not yet processed "
+    "are only in the archive; start it again (it continues from the newest snapshot)"
+)
 
 
 class FollowedJournal(Protocol):
@@ -166,6 +172,12 @@ class Standby:
             while not self._stopping.wait(0.0 if self._behind_since_s is not None else PERIOD_S):
                 if self.step():
                     return
+        except RemovedEntriesError:
+            # The advice of the journal is for a start without a usable snapshot.
+            self._stop_for(RemovedEntriesError(_LAGGED))
         except Exception as error:
-            log_end(_log, "the standby has stopped", error)
-            self._service.fail(error)
+            self._stop_for(error)
+
+    def _stop_for(self, error: Exception) -> None:
+        log_end(_log, "the standby has stopped", error)
+        self._service.fail(error)

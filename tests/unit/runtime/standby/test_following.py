@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from multiradar.cli.serve import advice_after
 from multiradar.clock import SystemClock
-from multiradar.errors import JournalError, PipelineError
+from multiradar.errors import JournalError, PipelineError, RemovedEntriesError
+from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.readiness import STANDBY, ServiceState
 from multiradar.runtime.live.service import Service
@@ -17,7 +19,10 @@ from multiradar.runtime.memory.regions.areas import Areas
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.runtime.memory.regions.messages import packed
 from multiradar.runtime.standby.following import Standby
-from multiradar.storage.snapshots import SnapshotFolder
+from multiradar.storage.archive import archive_journal
+from multiradar.storage.retention import Rules, shorten
+from multiradar.storage.snapshots import Position, SnapshotFolder
+from multiradar.storage.sqlite.shortening import digests_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
@@ -317,6 +322,29 @@ def test_a_standby_that_can_no_longer_follow_ends_with_the_reason(pair: Pair) ->
     assert "journal.db: removed while the service was using it" in str(pair.second.failure)
     assert pair.second.state is ServiceState.FAILED
     assert pair.began == 0
+
+
+def test_a_standby_left_behind_by_a_shortened_journal_is_to_be_started_again(
+    pair: Pair, tmp_path: Path
+) -> None:
+    pair.second.start(following=True)
+    for begin in range(0, 900, 100):
+        submit(pair.primary, FRAME[begin : begin + 100])
+    path = pair.journal._path
+    archive_journal(path, tmp_path / "archive", segment_octets=1)
+    marks = [Position(one, digest) for one, digest in digests_of(path, [8, 4]).items()]
+    found = shorten(
+        path, tmp_path / "archive", Rules(octets=1), snapshots=marks, time_of=data_clock_of,
+        now_s=1e12,
+    )  # fmt: skip
+    assert found.removed == 4
+    pair.standby._run()
+    failure = pair.second.failure
+    assert isinstance(failure, RemovedEntriesError)
+    assert "start it again" in str(failure)
+    assert "restore the archive" not in str(failure)
+    assert advice_after(failure) == ""
+    assert pair.second.state is ServiceState.FAILED
 
 
 def test_a_service_that_is_no_standby_does_not_follow(pair: Pair) -> None:
