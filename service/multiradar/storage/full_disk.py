@@ -1,4 +1,4 @@
-"""Errors of a full disk, as one sentence that names the output."""
+"""Errors of a full disk, as one sentence that names the output; sizes in words."""
 
 import errno
 import os
@@ -41,6 +41,12 @@ def named_if_full(output: Path) -> Iterator[None]:
 def is_full(error: Exception) -> bool:
     """Return whether an error of Python or of polars is that of a full disk or quota."""
     return _code(error, _FULL) is not None
+
+
+def size_text(octets: float) -> str:
+    """Return a size in MiB, or from 1 GiB on in GiB."""
+    mib = octets / (1 << 20)
+    return f"{mib:.0f} MiB" if mib < 1024.0 else f"{mib / 1024.0:.1f} GiB"
 
 
 def _code(error: Exception, codes: tuple[int, ...]) -> int | None:

@@ -11,6 +11,7 @@ from multiradar.clock import Clock
 from multiradar.errors import JournalError, MultiradarError, PipelineError
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import RejectedRow
+from multiradar.storage.full_disk import size_text
 from multiradar.storage.journal import Space
 
 NOT_READY = "NOT_READY"
@@ -41,7 +42,6 @@ DISK_FILLING, DISK_NEARLY_FULL = "disk_filling", "disk_nearly_full"
 
 _log = logging.getLogger(__name__)
 _MIB = 1024 * 1024
-_GIB = 1024 * _MIB
 # Rows are summed over such intervals, s.
 _INTERVAL_S = 5.0
 
@@ -117,8 +117,8 @@ class Disk:
         share = 0.0 if space is None else 1.0 - space.free_bytes / max(space.size_bytes, 1)
         raised = [name for name, least in self._shares.items() if share >= least]
         warning = [] if space is None or not raised else [
-            f"the {self._owner} disk is {share:.0%} full ({space.free_bytes / _GIB:.1f} GiB "
-            "left): free some space, or enlarge the disk"
+            f"the {self._owner} disk is {share:.0%} full ({size_text(space.free_bytes)} left): "
+            "free some space, or enlarge the disk"
         ]  # fmt: skip
         if len(raised) > len(self._logged):
             _log.warning("%s", *warning)

@@ -194,7 +194,7 @@ class HistoryFolder:
             raise InputError(f"{path}: cannot write: {error.strerror}") from error
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self.state = _read_state(path)
+            self.state = read_state(path)
             self._tidy()
             self._octets = {hour.number: _octets(hour.path) for hour in hours_of(path)}
             self._find_oldest()
@@ -349,7 +349,8 @@ def _by_hour(frame: pl.DataFrame) -> Iterator[tuple[int, pl.DataFrame]]:
         yield int(number[start]), rows[start:end]
 
 
-def _read_state(folder: Path) -> HistoryState:
+def read_state(folder: Path) -> HistoryState:
+    """Return how far a history was written; raises InputError where a folder is no history."""
     path = folder / STATE_FILE
     if not path.exists():
         if any(folder.iterdir()):

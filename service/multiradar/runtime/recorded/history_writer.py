@@ -34,7 +34,7 @@ PART_S = 600.0
 #: Interval at which it looks for rows, and after a failure, s.
 _POLL_S, _RETRY_S = 0.25, 30.0
 #: The journal comes first: nothing is written with less than so many times its minimum left.
-_FREE_FACTOR = 4
+FREE_FACTOR = 4
 _MIB = 1024 * 1024
 
 
@@ -60,6 +60,29 @@ class HistoryRules(NamedTuple):
     octets: int = 0
     limits: RuntimeLimits = RuntimeLimits()
     journal: Path | None = None
+
+
+def foreign(sequence: int, last: int) -> tuple[str, str]:
+    """Return why a history cannot be continued, and what to do.
+
+    Parameters
+    ----------
+    sequence : int
+        The entry up to which the history was written, which the journal does not have.
+    last : int
+        The last entry of the journal.
+    """
+    if sequence > last:
+        return (
+            f"the history covers entries up to {sequence}, but the journal ends with entry "
+            f"{last} (restored from a backup?)",
+            "choose a new folder for the history, and keep this folder, which contains the lost "
+            "data",
+        )
+    return (
+        f"the history belongs to another journal: entry {sequence} differs",
+        "choose another folder for the history",
+    )
 
 
 class HistoryWriter:
@@ -171,7 +194,9 @@ class HistoryWriter:
                 self._positions = present_positions(self._known, self._journal)
                 self._commit(folder, {})
             elif self._digest(state.sequence) != state.digest:
-                raise ConfigurationError(f"{folder.path}: {self._foreign(state.sequence)}")
+                last = self._journal.counts().entries
+                reason, advice = foreign(state.sequence, last)
+                raise ConfigurationError(f"{folder.path}: {reason}; {advice}")
             else:
                 self._positions = dict(state.positions)
         except BaseException:
@@ -203,7 +228,7 @@ class HistoryWriter:
     def _write(self) -> bool:
         folder = self._folder
         assert folder is not None, "the writer thread requires a history folder"
-        least = _FREE_FACTOR * self._rules.limits.disk_free_bytes_min
+        least = FREE_FACTOR * self._rules.limits.disk_free_bytes_min
         if folder.free_octets() < least:
             self._remove(folder)
             # As a write would do that fails halfway.
@@ -240,20 +265,6 @@ class HistoryWriter:
         removed = folder.remove_oldest(rules.days, rules.octets, self._clock.now_s())
         if removed:
             _log.info("removed from the history: %s", ", ".join(removed))
-
-    # Why a history that was written up to an entry cannot be continued.
-    def _foreign(self, sequence: int) -> str:
-        last = self._journal.counts().entries
-        if sequence > last:
-            return (
-                f"the history covers entries up to {sequence}, but the journal ends with entry "
-                f"{last} (restored from a backup?); choose a new folder for the history, and keep "
-                "this folder, which contains the lost data"
-            )
-        return (
-            f"the history belongs to another journal: entry {sequence} differs; choose another "
-            "folder for the history"
-        )
 
     # Of an entry; empty if the journal has no such entry.
     def _digest(self, sequence: int) -> str:

@@ -243,17 +243,30 @@ def journal_of(state: Path) -> Path:
 def check_configuration(journal: Path, settings: "Settings") -> None:
     """Check that a journal can be continued: only with its original sensors and settings.
 
+    See `configuration_difference` for the parameters.
+
+    Raises
+    ------
+    ConfigurationError
+        It was created with others.
+    """
+    difference = configuration_difference(journal, settings)
+    if difference:
+        raise ConfigurationError(
+            f"{difference}; run this command with the options of the service (--sensors, "
+            "--config, --filter)"
+        )
+
+
+def configuration_difference(journal: Path, settings: "Settings") -> str:
+    """Return why a journal cannot be continued with sensors and settings; empty if it can.
+
     Parameters
     ----------
     journal : Path
         The journal.
     settings : Settings
         The settings, with the path of the sensors file.
-
-    Raises
-    ------
-    ConfigurationError
-        It was created with others.
     """
     from multiradar.runtime.engine.fingerprint import (
         configuration_fingerprint,
@@ -267,15 +280,12 @@ def check_configuration(journal: Path, settings: "Settings") -> None:
     table = load_sensor_table(settings.sensors, described)
     fingerprint, text = journal_configuration(journal)
     if fingerprint == configuration_fingerprint(table, tracking):
-        return
+        return ""
     other = differences(text, configuration_text(described, tracking)) or (
         f"sensors other than {settings.sensors}, with other tracking settings, or on another type "
         "of processor"
     )
-    raise ConfigurationError(
-        f"{journal}: the journal was created with {other}; run this command with the options "
-        "of the service (--sensors, --config, --filter)"
-    )
+    return f"{journal}: the journal was created with {other}"
 
 
 # The settings that differ from their defaults, as TOML; JSON values are TOML values.

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.toolbox.inputs import load_sensor_table
-from multiradar.toolbox.operation import installation, state_health
-from multiradar.toolbox.operation.backups import check_configuration, journal_of
+from multiradar.toolbox.operation import history_health, installation, state_health
+from multiradar.toolbox.operation.backups import configuration_difference, journal_of
 from multiradar.toolbox.operation.findings import Finding, Level, error, found, ok, warning
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from multiradar.storage.verification import Progress
 
 _CORRECT = "correct the error and run doctor again"
+_OPTIONS = "run doctor with the options of the service (--sensors, --config, --filter)"
 
 
 def examine(
@@ -66,8 +67,8 @@ def examine(
     user = state_health.using_process(journal)
     findings.append(found("open files", "", lambda: installation.check_open_files(settings)))
     findings.append(found("ports", "", lambda: installation.check_ports(settings, user)))
-    folders = settings.history.folder, settings.page.overlays
-    findings.append(found("folders", "", lambda: state_health.check_folders(journal, *folders)))
+    overlays = settings.page.overlays
+    findings.append(found("folders", "", lambda: state_health.check_folders(journal, overlays)))
     limits = settings.runtime_limits()
     growth = state_health.recent(journal)
     findings.append(found("disk", "", lambda: state_health.check_disk(journal, limits, growth)))
@@ -113,20 +114,42 @@ def _read_sensors(settings: "Settings", findings: list[Finding]) -> "SensorTable
     return read[0] if read else None
 
 
+# As the service decides it at its start.
+def _why_no_snapshots(settings: "Settings") -> list[str]:
+    from multiradar.runtime.live.snapshots import why_none
+
+    if not settings.journal.snapshot_interval_s:
+        return ["journal.snapshot_interval_s is 0"]
+    used = {
+        "trajectories.aircraft_max": settings.trajectories.aircraft_max,
+        "asterix.output": settings.asterix.output,
+    }
+    return why_none(settings.runtime_limits(), [name for name, given in used.items() if given])
+
+
 def _check_state(
     settings: "Settings", table: "SensorTable | None", archive: Path | None,
     on_progress: "Progress",
 ) -> list[Finding]:  # fmt: skip
     journal = settings.journal.path
-    verification, findings = state_health.verified(journal, on_progress)
+    verification, findings = state_health.verified(
+        journal, on_progress, no_snapshots=_why_no_snapshots(settings)
+    )
     if verification is not None and table is not None and findings[0].level is Level.OK:
         sound = findings[0]
 
         def look() -> Finding:
-            check_configuration(journal, settings)
-            return sound
+            other = configuration_difference(journal, settings)
+            return error("journal", other, _OPTIONS) if other else sound
 
-        findings[0] = found("journal", "run doctor with the options of the service", look)
+        findings[0] = found("journal", _OPTIONS, look)
+    past = settings.history.folder
+    if past is not None:
+        limits = settings.runtime_limits()
+        findings.append(
+            found("history", "choose another folder for the history",
+                  lambda: history_health.check_history(past, journal, limits))
+        )  # fmt: skip
     folder = archive or settings.retention.archive
     whole = verification is None or verification.first == 1
     if folder is not None and archive is None and whole and not folder.exists():

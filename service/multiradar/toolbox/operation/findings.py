@@ -1,7 +1,9 @@
 """Findings of `multiradar doctor`: one for each check."""
 
+import os
 from collections.abc import Callable
 from enum import StrEnum
+from pathlib import Path
 from typing import NamedTuple
 
 from multiradar.errors import MultiradarError
@@ -52,6 +54,25 @@ def warning(check: str, text: str, advice: str) -> Finding:
 def error(check: str, text: str, advice: str) -> Finding:
     """Return an error."""
     return Finding(check, Level.ERROR, text, advice)
+
+
+class Unwritable(NamedTuple):
+    """Why a folder cannot be written, and what to do."""
+
+    text: str
+    advice: str
+
+
+def unwritable(place: Path) -> Unwritable | None:
+    """Return why a folder that exists cannot be written; None if it can."""
+    if not place.is_dir():
+        return Unwritable("is a file, not a folder", "move this file, or change the path")
+    if os.access(place, os.W_OK | os.X_OK):
+        return None
+    return Unwritable(
+        "not writable by this user",
+        "make it writable by the user of the service, and run doctor as that user",
+    )
 
 
 def found(check: str, advice: str, look: Callable[[], Finding]) -> Finding:

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 
 from multiradar.clock import Clock
 from multiradar.errors import MultiradarError
+from multiradar.storage.full_disk import size_text
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.growth import Growth, growth_of
-from multiradar.toolbox.operation.findings import Finding, error, ok, warning
+from multiradar.toolbox.operation.findings import Finding, error, ok, unwritable, warning
 
 if TYPE_CHECKING:
     from multiradar.settings.limits import RuntimeLimits
     from multiradar.storage.verification import Progress, Verification
 
-_MIB, _GIB = 1 << 20, 1 << 30
+_GIB = 1 << 30
 _DAY_S = 86_400.0
 #: A rate of less data than this is none, s.
 _SPAN_MIN_S = 60.0
@@ -31,36 +32,28 @@ _WRITTEN_S = 1_767_225_600.0
 _RECOVERY = "see docs/howto/backup.md and docs/howto/journal.md"
 
 
-def check_folders(journal: Path, history: Path | None = None, *others: Path | None) -> Finding:
-    """Check that folders can be written: those of journal, history, and temporary files.
+def check_folders(journal: Path, *others: Path | None) -> Finding:
+    """Check that folders can be written: those of the journal and of temporary files.
 
     Parameters
     ----------
     journal : Path
         The journal.
-    history : Path or None
-        The history.
     *others : Path or None
         Folders that are only read.
     """
     temporary = Path(tempfile.gettempdir())
     written = [(journal.parent, "the journal"), (temporary, "temporary files")]
-    if history is not None:
-        written.append((history, "the history"))
     for folder, use in written:
         place = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-        if not place.is_dir():
-            advice = f"move this file; its path is needed for {use}"
-            return error("folders", f"{place}: is a file, not a folder", advice)
-        if not os.access(place, os.W_OK | os.X_OK):
-            advice = f"run doctor as the user of the service; {use} must be writable by that user"
-            return error("folders", f"{place}: not writable by this user", advice)
+        why = unwritable(place)
+        if why is not None:
+            return error("folders", f"{place}: {why.text}", f"it is needed for {use}: {why.advice}")
     unreadable = [str(one) for one in others if one is not None and not os.access(one, os.R_OK)]
     if unreadable:
         return error("folders", f"{', '.join(unreadable)}: not readable", "correct the settings")
     made = "" if journal.parent.exists() else " (created at the first start)"
-    further = "" if history is None else f", {history}"
-    return ok("folders", f"writable: {journal.parent}{made}, {temporary}{further}")
+    return ok("folders", f"writable: {journal.parent}{made}, {temporary}")
 
 
 def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) -> Finding:
@@ -81,7 +74,7 @@ def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) ->
     rate = _octets_per_day(growth)
     # Below the least free space it is not ready.
     days = (disk.free - limits.disk_free_bytes_min) / rate if rate else None
-    text = f"{disk.free / _GIB:.1f} GiB free, {share:.0%} used; " + (
+    text = f"{size_text(disk.free)} free, {share:.0%} used; " + (
         "data rate still unknown" if rate is None or days is None
         else f"{rate / _GIB:.3g} GiB per day: sufficient for {max(days, 0.0):,.1f} days"
     )  # fmt: skip
@@ -89,7 +82,7 @@ def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) ->
     if disk.free < limits.disk_free_bytes_min:
         return error(
             "disk",
-            f"{text}; at least {limits.disk_free_bytes_min / _MIB:.0f} MiB must be free",
+            f"{text}; at least {size_text(limits.disk_free_bytes_min)} must be free",
             advice,
         )
     if share >= limits.disk_filling_share or (days is not None and days < _LASTS_MIN_DAYS):
@@ -97,8 +90,19 @@ def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) ->
     return ok("disk", text)
 
 
-def verified(journal: Path, on_progress: "Progress") -> "tuple[Verification | None, list[Finding]]":
+def verified(
+    journal: Path, on_progress: "Progress", *, no_snapshots: Sequence[str] = ()
+) -> "tuple[Verification | None, list[Finding]]":
     """Verify a journal with its snapshots.
+
+    Parameters
+    ----------
+    journal : Path
+        The journal.
+    on_progress : callable
+        Called with the number of verified entries and that of all.
+    no_snapshots : sequence of str
+        Why the service writes no snapshots; empty if it does.
 
     Returns
     -------
@@ -115,10 +119,15 @@ def verified(journal: Path, on_progress: "Progress") -> "tuple[Verification | No
         found = verify_journal(journal, on_progress)
     except MultiradarError as failure:
         return None, [error("journal", str(failure), f"restore a backup; {_RECOVERY}")]
-    beside = f"{SnapshotFolder(journal).path}: "
-    snapshots = [one for one in found.damage if one.startswith(beside)]
-    own = [one for one in found.damage if one not in snapshots]
-    return found, [_journal(journal, found, own), _snapshots(found, snapshots)]
+    folder = SnapshotFolder(journal).path
+    damage = [one for one in found.damage if one.startswith(f"{folder}: ")]
+    own = [one for one in found.damage if one not in damage]
+    why = unwritable(folder) if folder.exists() and not no_snapshots else None
+    snapshots = _snapshots(found, damage, no_snapshots)
+    if why is not None:
+        text = f"{folder}: {why.text}: no snapshot can be written"
+        snapshots = warning("snapshots", "; ".join([text, *damage[:1]]), why.advice)
+    return found, [_journal(journal, found, own), snapshots]
 
 
 def _journal(journal: Path, found: "Verification", own: Sequence[str]) -> Finding:
@@ -127,7 +136,12 @@ def _journal(journal: Path, found: "Verification", own: Sequence[str]) -> Findin
     return ok("journal", f"{journal}: {found.entries:,} entries, {found.accepted:,} measurements")
 
 
-def _snapshots(found: "Verification", damage: Sequence[str]) -> Finding:
+def _snapshots(
+    found: "Verification", damage: Sequence[str], no_snapshots: Sequence[str]
+) -> Finding:
+    if no_snapshots:
+        reasons = "; ".join(no_snapshots)
+        return ok("snapshots", f"none, so each start replays the whole journal: {reasons}")
     if damage:
         return warning(
             "snapshots", _shown(damage), "the next start uses an older snapshot or the whole "

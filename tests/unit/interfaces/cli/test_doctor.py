@@ -166,6 +166,34 @@ def test_an_archive_of_the_settings_may_be_made_after_the_first_start(
 
 
 @pytest.mark.parametrize(
+    ("config", "reason"),
+    [
+        ("[journal]\nsnapshot_interval_s = 0\n", "journal.snapshot_interval_s is 0"),
+        ("[trajectories]\naircraft_max = 5\n", "trajectories.aircraft_max requires the complete"),
+    ],
+)
+def test_settings_without_snapshots_are_named_and_no_snapshot_is_expected(
+    folder: Path, capsys: pytest.CaptureFixture[str], config: str, reason: str
+) -> None:
+    _written(folder)
+    with (folder / "service.toml").open("a") as settings:
+        settings.write(config)
+    found = _doctor(capsys)["snapshots"]
+    assert (found["level"], reason in found["text"]) == ("ok", True), found
+
+
+def test_the_history_of_the_settings_is_checked(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _written(folder)
+    with (folder / "service.toml").open("a") as settings:
+        settings.write('[history]\nfolder = "past"\n')
+    assert _doctor(capsys)["history"]["text"].startswith("past: created at the first start; ")
+    (folder / "past").write_text("a file")
+    assert _doctor(capsys, status=1)["history"]["level"] == "error"
+
+
+@pytest.mark.parametrize(
     ("config", "check", "text"),
     [
         ('sensors = "none.toml"\n', "sensors", "none.toml: no such file"),
@@ -183,6 +211,7 @@ def test_mistakes_in_the_configuration_are_errors(
     found = _doctor(capsys, status=1)
     assert (found[check]["level"], text in found[check]["text"]) == ("error", True), found[check]
     assert found[check]["advice"]
+    assert "run " not in found[check]["text"]
 
 
 def test_a_port_is_taken_by_another_program_or_by_the_running_service(

@@ -150,7 +150,8 @@ def test_a_disk_that_fills_up_raises_alarms_and_reads_go_on(
     assert status["alarms"] == alarms
     said = [one for one in status["warnings"] if "disk" in one]
     percent = 100 - free_bytes // 10
-    expected = f"the journal disk is {percent}% full ({free_bytes}.0 GiB left)"
+    left = f"{free_bytes}.0 GiB" if free_bytes else "0 MiB"
+    expected = f"the journal disk is {percent}% full ({left} left)"
     assert [one.startswith(expected) for one in said] == [True] * bool(alarms)
     # Once for each alarm, not at each reading.
     assert caplog.text.count("the journal disk is") == bool(alarms)
@@ -164,6 +165,8 @@ def test_the_shares_of_the_disk_are_settings() -> None:
     disk = Disk(lambda: Space(1, 10, 10), limits, FixedClock())
     assert disk.alarms()[0] == ["disk_filling"]
     assert Disk(lambda: None, limits, FixedClock()).alarms() == ([], [])
+    disk = Disk(lambda: Space(50 << 20, 1250 << 20, 10), limits, FixedClock(), "history")
+    assert disk.alarms()[1][0].startswith("the history disk is 96% full (50 MiB left)")
 
 
 @pytest.mark.slow
