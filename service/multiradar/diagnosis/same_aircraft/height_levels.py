@@ -174,7 +174,7 @@ def _of_all(
     }
     known = [one for one in spreads_m.values() if np.isfinite(one)]
     plane = set(values_m.values()) == {_PLANE_HEIGHT_M}
-    # Nothing contradicts it where nobody else sees the aircraft: all may fly at one level.
+    # Nothing contradicts it where no other sensor sees the aircraft: all may fly at one level.
     severity: Severity = "error" if known else "warning"
     if known and max(known) > 0.0:
         why = "their ranges and positions differ as those of aircraft at several heights do"
