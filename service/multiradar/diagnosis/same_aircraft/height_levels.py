@@ -156,9 +156,10 @@ def _missing(name: str, radars: list[str]) -> Diagnosis:
     return Diagnosis(
         name,
         "heights_missing",
-        f"{name}: its heights are probably lost: none of its positions has one, although "
+        f"{name}: its heights may be lost: none of its positions has one, although "
         f"{listed(radars)} report{'s' if len(radars) == 1 else ''} heights for the same aircraft; "
-        "fill height_m with the reported heights",
+        "fill height_m with the reported heights, if the source has them",
+        "warning",
     )
 
 

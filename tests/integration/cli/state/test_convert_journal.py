@@ -126,9 +126,11 @@ def test_what_cannot_be_recovered_is_counted_and_named(tmp_path: Path) -> None:
 
 def test_data_times_set_by_an_operator_are_named(scene: _Scene, tmp_path: Path) -> None:
     state = tmp_path / "state"
-    with serving("--sensors", scene.sensors, "--state", state, *COMMON) as served:
-        row = {"time_s": 1700000000.0, "sensor_id": "41-10", "kind": "radar", "range_m": 50e3}
-        client = clients.client(served.http)
+    row = {"time_s": 1700000000.0, "sensor_id": "41-10", "kind": "radar", "range_m": 50e3}
+    with (
+        serving("--sensors", scene.sensors, "--state", state, *COMMON) as served,
+        clients.client(served.http) as client,
+    ):
         sent = client.post("/v1/measurements", json=[row | {"azimuth_deg": 9.0}])
         assert sent.json()["accepted"] == 1
         for time_s in (1700003600.0, 1700000000.0):
