@@ -8,7 +8,6 @@ it is on disk and is never changed; a run that ends early leaves complete segmen
 """
 
 import fcntl
-import itertools
 import json
 import lzma
 import os
@@ -20,7 +19,19 @@ from typing import IO, Any, NamedTuple
 
 from multiradar.errors import InputError, JournalError, OutputExistsError
 from multiradar.storage.entries import StoredEntry
-from multiradar.storage.segments import SEGMENT_VERSION, Segment, SegmentReader, segments_of, span
+from multiradar.storage.segments import (
+    ONE_ARCHIVE,
+    SEGMENT_VERSION,
+    Segment,
+    SegmentReader,
+    check_chain,
+    not_following,
+    order_of,
+    remedy,
+    require_order,
+    segments_of,
+    span,
+)
 from multiradar.storage.sqlite.chain import Columns, origin_digest
 from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
@@ -119,7 +130,8 @@ def archive_journal(
     InputError
         There is no such journal, or the archive cannot be written.
     JournalError
-        The journal or the last segment is damaged, or they do not belong together.
+        The journal is damaged, or a segment is damaged, missing, repeated or that of another
+        archive.
     ConfigurationError
         The journal is of another format.
     """
@@ -136,8 +148,8 @@ def archive_journal(
         fingerprint = fingerprint_of(connection, journal)
         rows = JournalRows(journal, fingerprint)
         head, marks = rows.head(connection), rows.skipped(connection)
-        end = _end_of(folder) or _End(0, rows.origin, fingerprint)
         base = rows.base(connection).sequence
+        end = _end_of(folder, base) or _End(0, rows.origin, fingerprint)
         if end.sequence < base:
             raise JournalError(
                 f"{folder}: entries {end.sequence + 1} to {base} were removed from {journal}; "
@@ -149,9 +161,11 @@ def archive_journal(
             or rows.digest_of(connection, end.sequence) != end.digest
         ):
             raise JournalError(
-                f"{folder}: the last entry, {end.sequence}, does not match entry {end.sequence} "
-                f"of {journal}; choose another archive"
+                f"{segments_of(folder)[-1].path}: the last entry, {end.sequence}, does not match "
+                f"entry {end.sequence} of {journal}; choose another archive, or {ONE_ARCHIVE}"
             )
+        places = [one.first - 1 for one in segments_of(folder) if one.first > base]
+        check_chain(folder, {one: rows.digest_of(connection, one) for one in places}, base)
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:
             stored: list[StoredEntry] = []
@@ -171,11 +185,13 @@ def archive_journal(
 
 
 # The last entry in an archive, whose last segment is verified; None without one.
-def _end_of(folder: Path) -> _End | None:
-    last = segments_of(folder)[-1:]
-    if not last:
+def _end_of(folder: Path, base: int) -> _End | None:
+    found = segments_of(folder)
+    if not found:
         return None
-    reader = SegmentReader(last[0])
+    for sentence in order_of(found).overlapping.values():
+        raise JournalError(sentence)
+    reader = SegmentReader(found[-1], remedy(found, len(found) - 1, found[-1].first, base))
     *_, entry = reader.entries()
     return _End(entry.sequence, entry.digest, reader.fingerprint)
 
@@ -260,30 +276,33 @@ def verify_archive(folder: Path, on_progress: Progress = lambda _done, _total: N
         There is no archive.
     """
     found = _required(folder)
+    order = order_of(found)
     damage: list[str] = []
     accepted = rejected = 0
     end: _End | None = None
+    before: Segment | None = None
     for segment in found:
         reader = SegmentReader(segment)
+        is_repeated = segment in order.overlapping
         try:
             for one in reader.entries():
-                accepted += one.entry.accepted
-                rejected += len(one.entry.rejects)
+                accepted += 0 if is_repeated else one.entry.accepted
+                rejected += 0 if is_repeated else len(one.entry.rejects)
                 last = one
         except JournalError as error:
             damage.append(str(error))
-            end = None
+            end = end if is_repeated else None
         else:
-            damage += _gap(segment, reader, end)
-            end = _End(last.sequence, last.digest, reader.fingerprint)
+            if is_repeated:
+                damage.append(order.overlapping[segment])
+            else:
+                damage += _gap(segment, reader, end, before)
+                end = _End(last.sequence, last.digest, reader.fingerprint)
+                before = segment
         on_progress(segment.last, found[-1].last)
-    damage += [
-        f"{folder}: {span(one.last + 1, other.first - 1)} missing"
-        for one, other in itertools.pairwise(found)
-        if other.first > one.last + 1
-    ]
+    damage += [f"{folder}: {span(*one)} missing" for one in order.missing.values()]
     return Archived(
-        found[0].first, found[-1].last, accepted, rejected, len(found),
+        found[0].first, max(one.last for one in found), accepted, rejected, len(found),
         sum(one.path.stat().st_size for one in found),
         "" if end is None else end.fingerprint, "" if end is None else end.digest.hex(),
         tuple(damage),
@@ -325,9 +344,7 @@ def restore_archive(
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)
         if written.digest(archived.last).hex() != archived.digest:
-            raise JournalError(
-                f"{journal}: the last entry does not match the last entry of {folder}"
-            )
+            raise JournalError(f"{folder}: the last restored entry does not match the last entry")
     finally:
         written.close()
     return archived
@@ -349,21 +366,21 @@ def archive_entries(folder: Path) -> Iterator[tuple[int, int, Iterator[StoredEnt
     InputError
         There is no archive.
     JournalError
-        A segment is damaged or missing.
+        A segment is damaged, missing, repeated or that of another archive.
     """
     found = _required(folder)
+    require_order(folder, found)
 
     def entries() -> Iterator[StoredEntry]:
         end: _End | None = None
+        before: Segment | None = None
         for segment in found:
-            if end is not None and segment.first > end.sequence + 1:
-                lacking = span(end.sequence + 1, segment.first - 1)
-                raise JournalError(f"{folder}: {lacking} missing")
             reader = SegmentReader(segment)
             for one in reader.entries():
-                if one.sequence == segment.first and (gap := _gap(segment, reader, end)):
+                if one.sequence == segment.first and (gap := _gap(segment, reader, end, before)):
                     raise JournalError(gap[0])
                 yield one
+            before = segment
             end = _End(one.sequence, one.digest, reader.fingerprint)
 
     yield found[0].first, found[-1].last, entries()
@@ -377,7 +394,9 @@ def _required(folder: Path) -> list[Segment]:
 
 
 # Why a segment does not follow the one before, or is not the first of a journal.
-def _gap(segment: Segment, reader: SegmentReader, end: _End | None) -> list[str]:
+def _gap(
+    segment: Segment, reader: SegmentReader, end: _End | None, before: Segment | None
+) -> list[str]:
     if segment.first == 1:
         expected = _End(0, origin_digest(FORMAT_VERSION, reader.fingerprint), reader.fingerprint)
     elif end is None or end.sequence + 1 < segment.first:
@@ -386,4 +405,4 @@ def _gap(segment: Segment, reader: SegmentReader, end: _End | None) -> list[str]
         expected = end
     if (expected.digest, expected.fingerprint) == (reader.before, reader.fingerprint):
         return []
-    return [f"{segment.path}: entry {segment.first} does not follow the preceding entry"]
+    return [not_following(segment, before)]

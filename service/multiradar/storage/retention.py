@@ -17,9 +17,15 @@ from typing import Any
 from multiradar.clock import Clock
 from multiradar.errors import InputError, MultiradarError
 from multiradar.storage.archive import locked_archive
-from multiradar.storage.segments import Segment, SegmentReader, sealed_after, segments_of
+from multiradar.storage.segments import (
+    Segment,
+    SegmentReader,
+    check_chain,
+    sealed_after,
+    segments_of,
+)
 from multiradar.storage.snapshots import KEPT, Position, SnapshotFolder
-from multiradar.storage.sqlite.shortening import Extent, extent_of, remove_until
+from multiradar.storage.sqlite.shortening import Extent, digests_of, extent_of, remove_until
 from multiradar.storage.sqlite.sqlite_file import sync
 
 #: The status has what was found at most so long ago, s: an archive may have thousands of files.
@@ -125,6 +131,8 @@ def shorten(
     needed = min(one.sequence for one in snapshots[:KEPT])
     with locked_archive(archive):
         before = extent_of(journal)
+        places = [one.first - 1 for one in segments_of(archive)]
+        check_chain(archive, digests_of(journal, places), before.base.sequence)
         newest_s = time_of(before.admission) if before.admission else -math.inf
         # An unknown time makes nothing older.
         newest_s = min(newest_s, now_s) if math.isfinite(newest_s) else -math.inf

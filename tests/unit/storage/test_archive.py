@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,14 @@ import pytest
 from multiradar.errors import ConfigurationError, InputError, JournalError, OutputExistsError
 from multiradar.storage import archive as archives
 from multiradar.storage.archive import (
+    archive_entries,
     archive_journal,
     restore_archive,
     verify_archive,
 )
-from multiradar.storage.segments import segments_of
+from multiradar.storage.segments import sealed_after, segments_of
+from multiradar.storage.snapshots import Position
+from multiradar.storage.sqlite.shortening import digests_of, remove_until
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import WAIT_TIMEOUT_S, join
@@ -186,6 +190,140 @@ def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) ->
     name = segments_of(folder)[1].path.name
     shutil.copy(own / name, folder / name)
     assert "entry 5 does not follow the preceding entry" in verify_archive(folder).damage[0]
+
+
+def _copy_into(folder: Path, source: Path, *numbers: int) -> None:
+    found = segments_of(source)
+    for number in numbers or range(len(found)):
+        shutil.copy(found[number].path, folder)
+
+
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_overlapping_segments_are_named_in_any_order_of_the_folder(
+    path: Path, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_reversed: bool
+) -> None:
+    other = tmp_path / "other"
+    archive_journal(path, other, segment_octets=2 * OCTETS)
+    counted = verify_archive(folder)
+    _copy_into(folder, other)
+    listed = Path.glob
+
+    def ordered(self: Path, pattern: str) -> list[Path]:
+        return sorted(listed(self, pattern), reverse=is_reversed)
+
+    monkeypatch.setattr(Path, "glob", ordered)
+    assert _parts(folder)[:3] == [(1, 4), (1, 8), (5, 8)]
+    found = verify_archive(folder)
+    said = (
+        "entries 1 to 4 are in both 000000000001-000000000004.segment.xz and "
+        "000000000001-000000000008.segment.xz; keep only the segments of one archive in the folder"
+    )
+    assert found.damage[0] == f"{folder}: {said}"
+    assert found.accepted < counted.accepted
+    with pytest.raises(JournalError, match=said), archive_entries(folder):
+        pass
+    with pytest.raises(JournalError, match=said):
+        restore_archive(folder, tmp_path / "restored" / "journal.sqlite")
+    with pytest.raises(JournalError, match=said):
+        archive_journal(path, folder)
+
+
+def test_a_foreign_segment_is_named_with_the_one_before(
+    path: Path, folder: Path, tmp_path: Path
+) -> None:
+    other, own = tmp_path / "other" / "journal.sqlite", tmp_path / "own"
+    _written(other, ENTRIES + 2, size=901).close()
+    archive_journal(other, own, segment_octets=OCTETS)
+    kept = {one.path.name: one.path.read_bytes() for one in segments_of(folder)}
+    names = list(kept)
+    for number in (0, 4):
+        _copy_into(folder, own, number)
+        follower = max(number, 1)
+        said = f"{names[follower]}: entry {4 * follower + 1} does not follow the preceding entry in"
+        assert f"{said} {names[follower - 1]}; keep" in verify_archive(folder).damage[0]
+        with archive_entries(folder) as (_, _, entries), pytest.raises(JournalError, match=said):
+            list(entries)
+        rejected = said if number else f"{names[0]}: entry 4 does not match the journal; choose"
+        with pytest.raises(JournalError, match=rejected):
+            archive_journal(path, folder)
+        for name, content in kept.items():
+            (folder / name).write_bytes(content)
+    assert archive_journal(path, folder) == []
+
+
+def _lose(segment: Path) -> None:
+    segment.unlink()
+
+
+def _cut(segment: Path) -> None:
+    segment.write_bytes(segment.read_bytes()[:-4])
+
+
+def _shortened(path: Path, until: int) -> None:
+    remove_until(path, Position(until, digests_of(path, [until])[until]))
+
+
+@pytest.mark.parametrize("harm", [_lose, _cut])
+def test_a_lost_segment_is_sealed_again_from_the_journal(
+    path: Path, folder: Path, harm: Callable[[Path], None]
+) -> None:
+    before, found = _parts(folder), segments_of(folder)
+    _shortened(path, 8)
+    harm(found[3].path)
+    first = found[4 if harm is _lose else 3].path.name
+    said = f"the journal still has these entries: remove {first} and all later segments, and run"
+    with pytest.raises(
+        JournalError, match=rf"(13 to 16 are missing|damaged at entry 13: .*); {said}"
+    ):
+        archive_journal(path, folder)
+    for one in found[3:]:
+        one.path.unlink(missing_ok=True)
+    assert archive_journal(path, folder, segment_octets=OCTETS)
+    assert _parts(folder) == before
+    assert verify_archive(folder).damage == ()
+
+
+@pytest.mark.parametrize("harm", [_lose, _cut])
+def test_a_lost_segment_of_removed_entries_comes_from_another_copy(
+    path: Path, folder: Path, harm: Callable[[Path], None]
+) -> None:
+    found = segments_of(folder)
+    _shortened(path, 16)
+    harm(found[2].path)
+    said = (
+        "restore these segments from another copy of the archive; without one, move all segments "
+        f"before {found[3].path.name} to another folder"
+    )
+    with pytest.raises(JournalError, match=rf"(entries 9 to 12 are missing|entry 9: .*); {said}"):
+        archive_journal(path, folder)
+    for one in found[:3]:
+        one.path.unlink(missing_ok=True)
+    assert archive_journal(path, folder) == []
+    assert verify_archive(folder).damage == ()
+
+
+def test_the_oldest_and_the_newest_segment_have_advice(path: Path, folder: Path) -> None:
+    found = segments_of(folder)
+    for number in (0, -1):
+        kept = found[number].path.read_bytes()
+        _cut(found[number].path)
+        with pytest.raises(JournalError, match=f"remove {found[number].path.name} and all later"):
+            archive_journal(path, folder)
+        found[number].path.write_bytes(kept)
+    _shortened(path, 8)
+    for one in found[:2]:
+        one.path.unlink()
+    _cut(found[2].path)
+    with pytest.raises(JournalError, match=r"from another copy of the archive$"):
+        archive_journal(path, folder)
+
+
+def test_damage_that_only_reading_finds_has_the_advice(path: Path, folder: Path) -> None:
+    begin = Position(0, digests_of(path, [0])[0])
+    second = segments_of(folder)[1].path
+    _flip(second, second.stat().st_size // 2)
+    with pytest.raises(JournalError, match=f"damaged at entry 5: .*; the journal .*{second.name}"):
+        list(sealed_after(folder, begin))
 
 
 def test_a_renamed_segment_is_damage(folder: Path) -> None:

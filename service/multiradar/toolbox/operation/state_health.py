@@ -30,6 +30,11 @@ _LIVE_MAX_S = 60.0
 #: No clock is right that is before this program was written: 2026-01-01, s.
 _WRITTEN_S = 1_767_225_600.0
 _RECOVERY = "see docs/howto/backup.md and docs/howto/journal.md"
+_ARCHIVE_ADVICE = (
+    "keep only the segments of one archive in the folder; if the journal still has the entries of "
+    "a damaged or missing segment, remove this segment and all later ones and run `multiradar "
+    "archive` again, otherwise restore it from another copy of the archive"
+)
 
 
 def check_folders(journal: Path, *others: Path | None) -> Finding:
@@ -162,7 +167,7 @@ def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Findin
 
     found = verify_archive(folder, on_progress)
     if found.damage:
-        advice = f"restore these segments from another copy of the archive; {_RECOVERY}"
+        advice = f"{_ARCHIVE_ADVICE}; {_RECOVERY}"
         return error("archive", _shown(found.damage), advice)
     text = f"{folder}: entries {found.first:,} to {found.last:,} in {found.segments} segments"
     if found.last > entries:
