@@ -136,7 +136,8 @@ RECORDING_MISTAKES: tuple[Mistake, ...] = (
         "ADS-B without heights",
         plots("adsb", height_m=pl.lit(None, pl.Float64)),
         command=TRACK,
-        message=("adsb: its heights are probably lost: none of its positions has one",),
+        status=0,
+        message=("adsb: its heights may be lost: none of its positions has one",),
         sensors=("adsb",),
     ),
     Mistake(
