@@ -28,6 +28,7 @@ from multiradar.storage.segments import (
     not_following,
     order_of,
     remedy,
+    require_one_archive,
     require_order,
     segments_of,
     span,
@@ -189,8 +190,7 @@ def _end_of(folder: Path, base: int) -> _End | None:
     found = segments_of(folder)
     if not found:
         return None
-    for sentence in order_of(found).overlapping.values():
-        raise JournalError(sentence)
+    require_one_archive(found)
     reader = SegmentReader(found[-1], remedy(found, len(found) - 1, found[-1].first, base))
     *_, entry = reader.entries()
     return _End(entry.sequence, entry.digest, reader.fingerprint)

@@ -78,12 +78,17 @@ def order_of(found: Sequence[Segment]) -> Order:
     return order
 
 
-def require_order(folder: Path, found: Sequence[Segment]) -> None:
-    """Check that sorted segments follow each other by their numbers; raises JournalError."""
+def require_one_archive(found: Sequence[Segment]) -> Order:
+    """Return the order of sorted segments; raises JournalError if some have the same entries."""
     order = order_of(found)
     for sentence in order.overlapping.values():
         raise JournalError(sentence)
-    for first, last in order.missing.values():
+    return order
+
+
+def require_order(folder: Path, found: Sequence[Segment]) -> None:
+    """Check that sorted segments follow each other by their numbers; raises JournalError."""
+    for first, last in require_one_archive(found).missing.values():
         raise JournalError(f"{folder}: {span(first, last)} missing")
 
 
@@ -203,9 +208,7 @@ def check_chain(folder: Path, digests: Mapping[int, bytes], base: int) -> None:
         A segment is missing, damaged or repeated, or is not of this archive; with advice.
     """
     found = segments_of(folder)
-    order = order_of(found)
-    for sentence in order.overlapping.values():
-        raise JournalError(sentence)
+    order = require_one_archive(found)
     known, fingerprint = dict(digests), ""
     for number, segment in enumerate(found):
         if segment in order.missing:
