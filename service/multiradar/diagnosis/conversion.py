@@ -64,6 +64,8 @@ from multiradar_schemas.reject import RejectCode
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
+#: Code of a file of which many records were rejected.
+RECORDS_CODE = "records_rejected"
 #: A recording of which a larger fraction of the octets is quarantined is not of a known form.
 QUARANTINED_MAX = 0.5
 #: Rejects that are read, and their reason for an azimuth of more than a full circle.
@@ -224,7 +226,7 @@ def _rejected(report: Mapping[str, Any], rejects: Path) -> Iterator[Diagnosis]:
         if read >= READ_MIN and rejected > LOST_MAX * read:
             yield Diagnosis(
                 "",
-                "records_rejected",
+                RECORDS_CODE,
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
                 f"rejected{_first(rejects, one['file'])}; rejects.ndjson gives the reason for "
                 "each: check the file format, the order of the columns and the units",

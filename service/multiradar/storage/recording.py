@@ -2,7 +2,10 @@
 
 import copy
 import hashlib
-from collections.abc import Collection, Iterator
+import json
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +28,43 @@ MEASUREMENTS_FILE = "measurements.parquet"
 INDEX_COLUMN = "index"
 
 
+@dataclass(frozen=True, slots=True)
+class RejectedLines:
+    """Lines of a dump that its conversion rejected, which are no rows of the recording.
+
+    Attributes
+    ----------
+    rejects : Path
+        `rejects.ndjson` of the conversion.
+    by_code : mapping of str to mapping
+        Number of lines by reject code, by file.
+    kinds : mapping of str to str
+        Kind of the measurements of a file, by file; a file without measurements is not in it.
+    """
+
+    rejects: Path
+    by_code: Mapping[str, Mapping[str, int]]
+    kinds: Mapping[str, str]
+
+    def counts(self, kinds: Collection[str] | None = None) -> Counter[str]:
+        """Return the number of lines of the selected kinds by code; all when absent."""
+        total: Counter[str] = Counter()
+        for file in self._files(kinds):
+            total.update(self.by_code[file])
+        return total
+
+    def lines(self, kinds: Collection[str] | None = None) -> Iterator[str]:
+        """Yield the rejects of the selected kinds, as lines of `rejects.ndjson`."""
+        wanted = {*self._files(kinds)}
+        with self.rejects.open(encoding="utf-8") as stream:
+            for line in stream:
+                if kinds is None or json.loads(line)["file"] in wanted:
+                    yield line
+
+    def _files(self, kinds: Collection[str] | None) -> list[str]:
+        return [one for one in self.by_code if kinds is None or self.kinds.get(one) in kinds]
+
+
 class Recording:
     """The measurements of one Parquet file, in the order of its rows.
 
@@ -45,6 +85,8 @@ class Recording:
         Number of measurements in it.
     sorted : bool
         Whether it is read in order of time instead of the order of the file.
+    rejected_lines : RejectedLines, optional
+        Of a dump that was converted for this reading.
 
     Raises
     ------
@@ -58,6 +100,7 @@ class Recording:
         self.path = path
         self.name = name or str(path)
         self.sorted = False
+        self.rejected_lines: RejectedLines | None = None
         self._files = sorted(path.glob("[0-9]*.parquet")) if path.is_dir() else [path]
         if not path.is_file() and not (path.is_dir() and self._files):
             msg = f"{path}: no such file" if not path.exists() else f"{path}: not a file"
@@ -168,6 +211,11 @@ class Recording:
         other = self.in_order_of(file)
         other.rows = rows
         return other
+
+    def rejected_by_code(self, kinds: Collection[str] | None = None) -> Counter[str]:
+        """Return the number of rejected lines of the selected kinds by code."""
+        lines = self.rejected_lines
+        return Counter() if lines is None else lines.counts(kinds)
 
     @property
     def octets(self) -> int:

@@ -19,8 +19,9 @@ from multiradar.cli.options import (
     chosen_kinds,
 )
 from multiradar.cli.playback.datagrams import Times, is_udp, replay_datagrams
-from multiradar.errors import DataWarning, InputError
-from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.errors import DataWarning, FindingsError, InputError
+from multiradar.toolbox.conversion.measurements import dump_diagnoses, open_measurements
+from multiradar.toolbox.diagnoses import findings_of
 from multiradar.toolbox.inputs import DumpChoice, check_found, counts_by_code
 from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.messages.warning import warn
@@ -170,7 +171,9 @@ def replay(
             configured = destination.configured() if counts.unknown_sensors else ()
         finally:
             destination.close()
-    check_found(counts.read, chosen_kinds(kinds), measurements)
+        check_found(counts.read, plan.kinds, measurements)
+        findings = findings_of(dump_diagnoses(recording, plan.kinds))
+        _add_lines(counts, recording.rejected_by_code(plan.kinds))
     _print_counts(counts, json_wanted)
     if counts.unknown_sensors:
         raise InputError(_unknown_sensors(counts.unknown_sensors, configured))
@@ -186,6 +189,16 @@ def replay(
         codes = counts_by_code(counts.rejected_by_code)
         msg = f"none of {counts.read} measurements were accepted: {codes}"
         raise InputError(msg)
+    if findings:
+        raise FindingsError(findings, counts)
+
+
+# Lines of a dump that were never sent.
+def _add_lines(counts: "ReplayCounts", rejected: "Mapping[str, int]") -> None:
+    counts.read += sum(rejected.values())
+    counts.rejected += sum(rejected.values())
+    for code, count in rejected.items():
+        counts.rejected_by_code[code] = counts.rejected_by_code.get(code, 0) + count
 
 
 #: A fraction of late measurements above this has a cause other than the network.

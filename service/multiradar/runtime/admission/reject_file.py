@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from shutil import copyfileobj
 from typing import Any
@@ -37,6 +37,10 @@ class RejectFile:
         self._spool = path.with_name(path.name + ".twice")
         self._twice = self._spool.open("w+", encoding="utf-8", newline="\n")
         self._source = source
+
+    def write_lines(self, lines: Iterable[str]) -> None:
+        """Write rejects of a conversion, as lines of such a file."""
+        self._stream.writelines(lines)
 
     def write(
         self,

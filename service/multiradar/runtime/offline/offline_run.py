@@ -148,9 +148,14 @@ class _Run:
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._windows = requested_tables(job, folder, engine.plane)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
+        lines = job.recording.rejected_lines
+        if lines is not None:
+            self._rejects.write_lines(lines.lines(job.kinds))
         self._origins = Origins()
         self._evidence = Evidence(job.sensors, job.kinds)
         self._result = OfflineResult()
+        self._result.rejected = job.recording.rejected_by_code(job.kinds)
+        self._result.read = self._result.rejected_total
         self._writing = BesideTracking(stages)
 
     # Processes one block; yields the number of rows done after each batch.

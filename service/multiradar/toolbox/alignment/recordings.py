@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import InputError
-from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.toolbox.conversion.measurements import dump_diagnoses, open_measurements
 from multiradar.toolbox.inputs import DumpChoice
 from multiradar_converters.leftovers import temporary_folder
 from multiradar_schemas.alignment import AlignedInput
@@ -72,7 +72,7 @@ def open_recordings(
     kinds = {path: _kind(path) for path in given}
     if set(kinds.values()) == {"dump"} and len(given) == 1:
         with open_measurements(given[0], dump, horizon_s) as recording:
-            yield OpenedRecordings(recording, [AlignedInput(file=str(given[0]), counts=None)], [])
+            yield OpenedRecordings(recording, [_of_dump(given[0], recording)], _of_files(recording))
         return
     tables: list[Path] = []
     inputs: list[AlignedInput] = []
@@ -89,11 +89,11 @@ def open_recordings(
             if kind == "dump":
                 opened = held.enter_context(open_measurements(path, dump, horizon_s))
                 tables.append(opened.path)
+                diagnoses += _of_files(opened)
+                inputs.append(_of_dump(path, opened))
             elif kind == "converted":
                 tables.append(measurements_path(path))
-            else:
-                continue
-            inputs.append(AlignedInput(file=str(path), counts=None))
+                inputs.append(AlignedInput(file=str(path), counts=None))
         whole = tables[0] if len(tables) == 1 else _joined(tables, temporary)
         with open_measurements(whole, DumpChoice(), horizon_s) as recording:
             yield OpenedRecordings(recording, inputs, diagnoses)
@@ -133,6 +133,17 @@ def _diagnosed(report: dict[str, Any], out: Path, sensors: "SensorsFile") -> "li
 
     table = wire.sensor_table(sensors)
     return diagnose_conversion(out / MEASUREMENTS_FILE, report, table)
+
+
+# The run diagnoses the sensors.
+def _of_files(dump: "Recording") -> "list[Diagnosis]":
+    return [one for one in dump_diagnoses(dump) if not one.sensor_id]
+
+
+def _of_dump(path: Path, dump: "Recording") -> AlignedInput:
+    rejected = dump.rejected_by_code().total()
+    counts = Counts(read=dump.rows + rejected, accepted=dump.rows, rejected=rejected)
+    return AlignedInput(file=str(path), counts=counts)
 
 
 def _documented(files: list[Path], report: dict[str, Any]) -> AlignedInput:

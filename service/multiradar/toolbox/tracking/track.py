@@ -13,7 +13,7 @@ from multiradar.errors import DataWarning, FindingsError
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.asterix_file import new_recorder
-from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.toolbox.conversion.measurements import dump_diagnoses, open_measurements
 from multiradar.toolbox.inputs import (
     SENSORS_FILE,
     DumpChoice,
@@ -197,7 +197,9 @@ def _run(
         result = _track(job, folder, recorder, stages, custom)
         result.warnings += missing_periods(job.recording, table) + referenced.sentences(tracks)
         result.reference = referenced.figures()
-        check_found(result.read, request.kinds, given.measurements_name)
+        found = result.read - recording.rejected_by_code(job.kinds).total()
+        check_found(found, request.kinds, given.measurements_name)
+        result.diagnoses += dump_diagnoses(recording, job.kinds, result.diagnoses)
         if recorder is not None:
             result.asterix = recorder.finish()
         report = _write_report(job, result, folder, custom, before)
