@@ -3,10 +3,12 @@
 ::
 
     python -m validation.service.check_bodies --requests 39
+    python -m validation.service.check_bodies --requests 10000 --clients 4 --impatient
 
 Each request has 16 MiB: rows without sense, few huge ones, a hundred thousand that are rejected for
-their time, deep nesting, escapes, a million keys, random bytes. The service is small and has
-nothing else to do; its memory is that of the process (resident set).
+their time, deep nesting, escapes, a million keys, random bytes. Each client has its own loopback
+address, so its own limits. The service is small and has nothing else to do; its memory is that of
+the process (resident set).
 """
 
 import argparse
@@ -16,8 +18,11 @@ import os
 import random
 import statistics
 import tempfile
+import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -41,27 +46,76 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--requests", type=int, default=3 * len(KINDS))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--clients", type=int, default=1, help="clients that send at the same time")
+    parser.add_argument(
+        "--impatient", action="store_true", help="do not wait when the service answers 429"
+    )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, Traffic(Path(folder), 10) as sky:
-        kinds = itertools.islice(_bodies(options.seed), options.requests)
+        attack = _Attack(sky.url, sky.pid, options.seed, options.requests, options.impatient)
         before_mb = resident_mb(sky.pid)
-        found: dict[str, list[tuple[int, float]]] = {kind: [] for kind in KINDS}
-        for kind, media_type, body in kinds:
-            status = _post(sky.url, media_type, body)
-            found[kind].append((status, resident_mb(sky.pid)))
-        most_mb = max(mb for those in found.values() for _, mb in those)
+        with ThreadPoolExecutor(options.clients) as clients:
+            list(clients.map(attack.send, range(options.clients)))
         time.sleep(_SETTLE_S)
         after_mb = resident_mb(sky.pid)
+        disk_mb = (
+            sum(file.stat().st_size for file in Path(folder).rglob("*") if file.is_file()) / 1e6
+        )
     rows = [
-        (kind, " ".join(sorted({str(status) for status, _ in those})),
-         f"{statistics.median(mb for _, mb in those):.0f}")
-        for kind, those in found.items() if those
+        (kind, " ".join(f"{status}: {number}" for status, number in sorted(counts.items())),
+         f"{statistics.median(attack.memory_mb[kind]):.0f}")
+        for kind, counts in attack.answers.items() if counts
     ]  # fmt: skip
-    print(markdown_table(Table("Bodies", ("body", "status", "memory after it, MB"), tuple(rows))))
+    print(markdown_table(Table("Bodies", ("body", "answers", "memory after it, MB"), tuple(rows))))
+    most_mb = max(mb for those in attack.memory_mb.values() for mb in those)
     print(
         f"{options.requests} bodies of 16 MiB: {before_mb:.0f} MB before, at most {most_mb:.0f} MB "
-        f"after an answer, {after_mb:.0f} MB {_SETTLE_S:.0f} s after the last (limit 600)"
+        f"after an answer, {after_mb:.0f} MB {_SETTLE_S:.0f} s after the last (limit 600); "
+        f"{disk_mb:.0f} MB on disk"
     )
+
+
+class _Attack:
+    """Sends bodies of all kinds in turn, from several addresses."""
+
+    def __init__(self, url: str, pid: int, seed: int, requests: int, impatient: bool) -> None:
+        place = urlsplit(url)
+        self._host, self._port, self._pid = place.hostname or "", place.port, pid
+        self._impatient = impatient
+        self._bodies = itertools.islice(_bodies(seed), requests)
+        self._lock = threading.Lock()
+        self.answers: dict[str, Counter[int]] = {kind: Counter() for kind in KINDS}
+        self.memory_mb: dict[str, list[float]] = {kind: [] for kind in KINDS}
+
+    def send(self, client: int) -> None:
+        """Send bodies until there are no more."""
+        while True:
+            with self._lock:
+                kind, media_type, body = next(self._bodies, ("", "", b""))
+            if not kind:
+                return
+            status = self._post(f"127.0.0.{client + 1}", media_type, body)
+            with self._lock:
+                self.answers[kind][status] += 1
+                self.memory_mb[kind].append(resident_mb(self._pid))
+
+    def _post(self, address: str, media_type: str, body: bytes) -> int:
+        while True:
+            client = http.client.HTTPConnection(
+                self._host, self._port, timeout=_TIMEOUT_S, source_address=(address, 0)
+            )
+            try:
+                client.request("POST", "/v1/measurements", body, {"Content-Type": media_type})
+                answer = client.getresponse()
+                answer.read()
+                if answer.status != _BUSY or self._impatient:
+                    return answer.status
+                time.sleep(float(answer.getheader("Retry-After", "1")))
+            except ConnectionError:
+                # Rejected before the body was read.
+                return 0
+            finally:
+                client.close()
 
 
 def resident_mb(pid: int) -> float:
@@ -70,29 +124,13 @@ def resident_mb(pid: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _post(url: str, media_type: str, body: bytes) -> int:
-    place = urlsplit(url)
-    while True:
-        client = http.client.HTTPConnection(place.hostname or "", place.port, timeout=_TIMEOUT_S)
-        try:
-            client.request("POST", "/v1/measurements", body, {"Content-Type": media_type})
-            answer = client.getresponse()
-            answer.read()
-            if answer.status != _BUSY:
-                return answer.status
-            time.sleep(float(answer.getheader("Retry-After", "1")))
-        except ConnectionError:
-            # Rejected before the body was read.
-            return 0
-        finally:
-            client.close()
-
-
 def _bodies(seed: int) -> Iterator[tuple[str, str, bytes]]:
     chance = random.Random(seed)
-    for kind in itertools.cycle(KINDS):
-        media_type, make = KINDS[kind]
-        yield kind, media_type, make(chance)[:OCTETS]
+    # Making a body costs more than sending it: each is used again, all in another order.
+    made = [(kind, media, make(chance)[:OCTETS]) for kind, (media, make) in KINDS.items()]
+    while True:
+        yield from made
+        chance.shuffle(made)
 
 
 def _array(row: bytes, rows: int = _ROWS) -> bytes:

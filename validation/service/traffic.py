@@ -168,11 +168,13 @@ class Traffic:
         Data time that it has at the start, s.
     settings : mapping of str to str, optional
         Variables of the environment of the service.
+    past_s : float, optional
+        How far in the past the first measurement is, s.
     """
 
     def __init__(
         self, folder: Path, aircraft: int, warm_s: float = 24.0,
-        settings: Mapping[str, str] | None = None,
+        settings: Mapping[str, str] | None = None, *, past_s: float = _PAST_S,
     ) -> None:  # fmt: skip
         self.sky = Sky(aircraft)
         self._process = started(folder, sensors_text(), settings=settings)
@@ -182,7 +184,7 @@ class Traffic:
         self._client = httpx.Client(base_url=self.url, timeout=_TIMEOUT_S)
         self._sent_s = 0.0
         # In the past, so that no measurement is from the future.
-        self._origin_s = CLOCK.now_s() - _PAST_S
+        self._origin_s = CLOCK.now_s() - past_s
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
         for _ in range(round(warm_s / PERIOD_S)):
@@ -232,6 +234,11 @@ class Traffic:
         """Feed in real time until the end."""
         self._thread = threading.Thread(target=self._feed, args=(every_s,), daemon=True)
         self._thread.start()
+
+    @property
+    def data_time_s(self) -> float:
+        """The end of what was sent or prepared, data time, s."""
+        return self._origin_s + self._sent_s
 
     @property
     def pid(self) -> int:

@@ -50,7 +50,8 @@ _SETTINGS = {
     "UNASSOCIATED": "range_sigma_m, azimuth_sigma_deg and clutter",
     "UNLOCATABLE": "its site and the units of its columns",
     "IMPLAUSIBLE": "whether it reports the same aircraft as the radars",
-    "NO_ROOM": "the number of aircraft that the filter can track (--filter)",
+    "NO_ROOM": "whether it sends false plots (plots_per_scan_max), and the number of aircraft that "
+    "the filter can track (--filter)",
     "UNSUPPORTED": "whether the filter supports this kind of measurement (--filter)",
 }
 
