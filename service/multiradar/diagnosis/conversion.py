@@ -25,7 +25,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     Polar,
     as_given,
 )
-from multiradar.diagnosis.cross_sensor.identities import check_identities, check_jumps
+from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.plausibility import (
     RANGES_SMALL_M,
     aircraft_of,
@@ -57,6 +57,7 @@ from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
+from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.reject import RejectCode

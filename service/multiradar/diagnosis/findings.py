@@ -32,7 +32,6 @@ from multiradar.diagnosis.cross_sensor.hypotheses import MIRRORED
 from multiradar.diagnosis.cross_sensor.identities import (
     check_one_code,
     check_other_rows,
-    check_paths,
     check_split_radars,
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
@@ -74,6 +73,7 @@ from multiradar.diagnosis.single_sensor.columns import (
     check_time_rate,
 )
 from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE, check_detections
+from multiradar.diagnosis.single_sensor.jumps import check_paths
 from multiradar.diagnosis.sites import check_displaced
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable

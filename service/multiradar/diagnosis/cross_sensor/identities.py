@@ -1,6 +1,5 @@
 """Identities that are the same for all aircraft of a sensor, or not those of its aircraft."""
 
-from collections.abc import Collection
 from itertools import combinations
 
 import numpy as np
@@ -17,14 +16,11 @@ from multiradar.diagnosis.cross_sensor.references import (
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import (
     KEYS,
-    Booleans,
     Floats,
-    Integers,
     Plots,
     Site,
     located,
     plots_of,
-    positions,
     reported,
 )
 
@@ -42,15 +38,6 @@ SPLIT_SCANS, SPLIT_SAME_MAX = 3.0, 0.02
 #: A column of another row explains at least so much more; a smaller agreement is reported without a
 #: cause.
 SHIFTED_MORE_MIN, UNEXPLAINED_MAX = 0.3, 0.1
-#: Successive plots of an identity are those of different aircraft if they are farther apart than an
-#: aircraft flies at this speed, m/s, and this distance, m; longest time between them, s, and least
-#: number. Fraction of such steps, and of the identities that have some, from which on they are an
-#: error: fewer are addresses or numbers that two aircraft share.
-STEP_MPS, STEP_M, STEP_MAX_S, STEPS_MIN = 700.0, 5000.0, 30.0, 100
-JUMPS_MIN, JUMPING_MIN, JUMPING_PLOTS_MIN = 0.03, 0.5, 10
-#: Reflections come from farther away than the aircraft: fraction of single plots off the path that
-#: do, and their number, at least. Of plots of other aircraft half do; of 30 % reflections 86 %.
-FARTHER_MIN, FARTHER_PLOTS_MIN = 0.75, 20
 _IDENTITIES = "identities"
 _COLUMNS = {
     "range_m": "its ranges (range_m)",
@@ -136,98 +123,6 @@ def check_one_code(name: str, frame: pl.DataFrame, site: Site | None) -> Diagnos
         "codes, or leave it empty",
         "warning" if addressed or not (len(heights) or code in _UNASSIGNED) else "error",
     )
-
-
-def check_paths(
-    comparison: Comparison, names: tuple[str, ...], named: Collection[str]
-) -> list[Diagnosis]:
-    """Return what `check_jumps` finds of the sensors that no other diagnosis names.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The plots.
-    names : tuple of str
-        Identifiers of the sensors.
-    named : collection of str
-        Sensors with a diagnosis, which may explain it.
-    """
-    found = []
-    for number in comparison.numbers:
-        if names[number] not in named:
-            site = comparison.site_of_radar(number)
-            found.append(check_jumps(names[number], comparison.plots(number), site))
-    return [one for one in found if one is not None]
-
-
-def check_jumps(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
-    """Diagnose identities whose successive plots are too far apart to be of one aircraft.
-
-    Parameters
-    ----------
-    name : str
-        The sensor.
-    plots : Plots
-        Its plots.
-    site : Site, optional
-        Of a radar, rad and m; None for the positions in the columns latitude and longitude.
-    """
-    # Codes are shared by aircraft.
-    for column, key in enumerate(KEYS[:2]):
-        rows = np.lexsort((plots.time_s, plots.keys[:, column]))
-        own = plots.select(rows[plots.keys[rows, column] >= 0])
-        where = positions(own, site)
-        known = np.flatnonzero(np.isfinite(where).all(axis=1))
-        own, where = own.select(known), where[known]
-        names = own.keys[:, column]
-        near, apart = _steps(names, own.time_s, where, 1)
-        jumps = near & apart
-        if np.count_nonzero(near) < STEPS_MIN or jumps.sum() < JUMPS_MIN * near.sum():
-            continue
-        of_name, counts = np.unique(names, return_counts=True)
-        many = of_name[counts >= JUMPING_PLOTS_MIN]
-        if np.isin(many, names[:-1][jumps]).sum() < JUMPING_MIN * max(len(many), 1):
-            continue
-        words = (
-            f"{jumps.sum() / near.sum():.0%} of the successive plots with the same {key} are too "
-            "far apart to be of one aircraft"
-        )
-        if site is not None and _are_reflections(names, own, where, jumps):
-            return Diagnosis(
-                name,
-                "reflections",
-                f"{name}: its plots probably contain reflections (replies by multipath): {words}, "
-                "and single plots off the path of an aircraft are farther away than it is; remove "
-                "them, or check the reflector list of the radar",
-                "warning",
-            )
-        return Diagnosis(
-            name,
-            "other_rows",
-            f"{name}: {key} probably belongs to other rows: {words}; check how the plots and "
-            "their identities were joined",
-        )
-    return None
-
-
-# Whether a plot follows one of the same name soon, and whether it is too far away from it; by a
-# number of rows.
-def _steps(names: Integers, time_s: Floats, where: Floats, rows: int) -> tuple[Booleans, Booleans]:
-    apart_s = time_s[rows:] - time_s[:-rows]
-    near = (names[rows:] == names[:-rows]) & (apart_s <= STEP_MAX_S)
-    apart_m = np.linalg.norm(where[rows:] - where[:-rows], axis=1)
-    return near, apart_m > STEP_M + STEP_MPS * apart_s
-
-
-# Whether the plots between two others of an aircraft that are near to each other come from farther
-# away.
-def _are_reflections(names: Integers, own: Plots, where: Floats, jumps: Booleans) -> bool:
-    if len(jumps) < 2:
-        return False
-    near, apart = _steps(names, own.time_s, where, 2)
-    off = np.flatnonzero(jumps[:-1] & jumps[1:] & near & ~apart) + 1
-    farther = own.range_m[off] > np.maximum(own.range_m[off - 1], own.range_m[off + 1])
-    return len(off) >= FARTHER_PLOTS_MIN and float(np.mean(farther)) >= FARTHER_MIN
 
 
 # Median number of cells occupied by the plots of a window.

@@ -5,10 +5,7 @@ from multiradar.diagnosis import noise
 from multiradar.diagnosis.cross_sensor.comparison import (
     Comparison,
 )
-from multiradar.diagnosis.cross_sensor.identities import (
-    check_identities,
-    check_jumps,
-)
+from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_azimuth_unit,
@@ -26,6 +23,7 @@ from multiradar.diagnosis.single_sensor.columns import (
     check_time_resolution,
     check_time_unit,
 )
+from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
 
 

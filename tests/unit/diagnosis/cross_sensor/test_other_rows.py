@@ -214,3 +214,24 @@ def test_reflections_are_named(share: float, *, known: bool) -> None:
     both = Recording(pl.concat([one.frame, ghosts]).sort("time_s"), one.sensors)
     found = [(said.sensor_id, said.code, said.severity) for said in both.diagnosed()]
     assert found == ([(NAME, "reflections", "warning")] if known else [])
+
+
+# Clutter or a wrong reply in place of the plot: on the path of no aircraft.
+@pytest.mark.parametrize("share", [0.015, 0.05])
+@pytest.mark.parametrize("alone", [False, True])
+def test_gross_errors_of_single_plots_are_no_plots_of_other_rows(
+    share: float, *, alone: bool
+) -> None:
+    one, rng = recording(), np.random.default_rng(6)
+    wrong = (pl.col("sensor_id") == NAME) & pl.Series(rng.uniform(size=len(one.frame)) < share)
+    error_m = pl.Series(rng.uniform(-40e3, 40e3, len(one.frame)))
+    frame = one.frame.with_columns(
+        range_m=pl.when(wrong)
+        .then((pl.col("range_m") + error_m).abs() + 1e3)
+        .otherwise(pl.col("range_m")),
+        azimuth_deg=pl.when(wrong)
+        .then((pl.col("azimuth_deg") + error_m / 2e3) % 360.0)
+        .otherwise(pl.col("azimuth_deg")),
+    )
+    one = Recording(frame, one.sensors)
+    assert (one.only(NAME) if alone else one).diagnosed() == []
