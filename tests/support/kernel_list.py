@@ -208,7 +208,7 @@ def use_service(state: Path) -> None:
     http = json.loads(ready.read_text())["http"]
     sample = Path(os.environ[_INPUTS]) / "sample"
     command = [sys.executable, "-m", "multiradar", "replay", str(sample), "--to", http]
-    replayed = run_to_end([*command, "--speed", "max"])
+    replayed = run_to_end([*command, "--speed", "max", "--encoding", "json"])
     assert replayed.returncode == 0, replayed.stderr
     # A live one: a dropped track has no plots to compute from.
     track = get(f"{http}/v1/tracks").json()["tracks"][0]["track_id"]

@@ -299,3 +299,46 @@ def test_one_invalid_row_of_a_large_message_is_named() -> None:
     parsed = parse_json(array(*rows))
     assert len(parsed.frame) == 299
     assert [(one.index, one.code) for one in parsed.rejected] == [(299, RejectCode.OUT_OF_RANGE)]
+
+
+def large(**last: object) -> list[dict[str, object]]:
+    return [*[radar(time_s=float(number)) for number in range(300)], radar(**last)]
+
+
+@pytest.mark.parametrize("indent", [None, 0, 1])
+def test_large_arrays_are_columns_in_any_layout(indent: int | None) -> None:
+    body = json.dumps(large(callsign="DLH1"), indent=indent).encode()
+    parsed = json_columns.parse_array(body, 301, 10_000)
+    assert parsed is not None
+    assert parsed.frame["callsign"].to_list() == [*[None] * 300, "DLH1"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"101.0", b"101.0, "),
+        (b'"radar"', b"radar"),
+        (b'"range_m"', b'"range_m" "range_m"'),
+        (b"271.25", b'"271.25"'),
+        (b"271.25", b"[271.25]"),
+        (b'"7012"', b"7012"),
+        (b'"7012"', b"nul"),
+        (b'"7012"', b'"70\\u00312"'),
+        (b'"7012"', b'"7012'),
+        (b"}", b'","callsign":{}}'),
+    ],
+)
+def test_a_large_message_with_one_odd_row_has_no_columns(old: bytes, new: bytes) -> None:
+    lines = [json.dumps(row).encode() for row in large(time_s=101.0)]
+    lines[-1] = lines[-1].replace(old, new)
+    assert json_columns.parse_array(b"[%s]" % b",".join(lines), 301, 10_000) is None
+    assert json_columns.parse_lines(b"\n".join(lines), 301, 10_000) is None
+
+
+@pytest.mark.parametrize("end", [b"\n\n", b",\n", b"\n,", b"\n{"])
+def test_lines_with_more_between_them_have_no_columns(end: bytes) -> None:
+    lines = [json.dumps(row).encode() for row in large()]
+    assert json_columns.parse_lines(b"\n".join(lines), 301, 10_000) is not None
+    assert json_columns.parse_lines(end.join(lines), 301, 10_000) is None
+    broken = b"\n".join(lines).replace(b", ", b",\n")
+    assert json_columns.parse_lines(broken, 2000, 10_000) is None
