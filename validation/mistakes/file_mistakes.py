@@ -134,6 +134,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "two feeds of a radar, 0.12 s apart",
         _another_feed,
+        status=0,
         message=("26-10: its measurements are probably in the recording twice, from two feeds",),
     ),
     Mistake(

@@ -31,7 +31,6 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,
-    check_height_unit,
     check_range_unit,
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
@@ -57,6 +56,7 @@ from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
+from multiradar.diagnosis.single_sensor.height_units import check_height_unit
 from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable

@@ -44,6 +44,7 @@ SPREAD_ROWS_MAX, SPREAD_EVERY_MAX = 100_000, 16
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
 ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
+_NAMES = ("mode_3a", "mode_s_address", "track_number")
 _RECORDED = ("sensor_id", *COLUMNS)
 
 
@@ -57,6 +58,8 @@ class Source:
         Number of measurements.
     first_s, last_s : float
         Earliest and latest time, s; NaN without any.
+    named_s : (float, float)
+        Earliest and latest time of those that name their aircraft, s; NaN without any.
     rejected : Counter
         Rejected measurements by code.
     kept : list of DataFrame
@@ -75,6 +78,7 @@ class Source:
     read: int = 0
     first_s: float = np.nan
     last_s: float = np.nan
+    named_s: tuple[float, float] = (np.nan, np.nan)
     rejected: Counter[str] = field(default_factory=Counter)
     kept: list[pl.DataFrame] = field(default_factory=list)
     gap_s: float = 0.0
@@ -92,6 +96,7 @@ class Source:
             self._add_gap(times)
             self.first_s = float(np.fmin(self.first_s, times.min()))
             self.last_s = float(np.fmax(self.last_s, times.max()))
+            self._add_named(part)
         if self.spread:
             self._add_spread(part)
             return
@@ -108,6 +113,16 @@ class Source:
             self.kept = [one.filter(_is_due(self._every)) for one in self.kept]
         free = SPREAD_ROWS_MAX - sum(map(len, self.kept[:-1]))
         self.kept[-1] = self.kept[-1].head(max(free, 0))
+
+    def _add_named(self, part: pl.DataFrame) -> None:
+        time_s = pl.col("time_s").filter(
+            pl.col("time_s").is_finite() & pl.any_horizontal(pl.col(_NAMES).is_not_null())
+        )
+        first, last = part.select(time_s.min().alias("first"), time_s.max().alias("last")).row(0)
+        if first is not None:
+            self.named_s = (
+                float(np.fmin(self.named_s[0], first)), float(np.fmax(self.named_s[1], last)),
+            )  # fmt: skip
 
     # Measurements out of order between two parts are no gap.
     def _add_gap(self, times: NDArray[np.float64]) -> None:
@@ -160,6 +175,8 @@ class Evidence:
         self._gathered_rows = 0
         #: Measurements that were duplicates, by sensor.
         self.duplicates: Counter[str] = Counter()
+        #: Measurements under another name of a sensor, such as that in a second network.
+        self.renamed: Counter[str] = Counter()
         #: (sensors, outcomes): outcome of the accepted measurements in the filter.
         self.outcomes = np.zeros((len(sensors), 0), np.int64)
         #: Whether a track was confirmed, and how many updates there were.
@@ -305,6 +322,8 @@ class Evidence:
             if source is None:
                 continue
             source.add(part.drop("sensor_id"))
+            if name in self._names:
+                self.renamed[self._names[str(name)]] += len(part)
 
     def _source(self, name: str) -> Source | None:
         name = self._names.get(name, name)

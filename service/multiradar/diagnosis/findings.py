@@ -41,15 +41,6 @@ from multiradar.diagnosis.cross_sensor.offsets import (
     check_large_offsets,
     check_offsets,
 )
-from multiradar.diagnosis.cross_sensor.plausibility import (
-    SPEED_MAX_MPS,
-    SPEED_MIN_MPS,
-    aircraft_of,
-    check_nearer_than_height,
-    check_range_unit,
-    check_scan_period,
-    median_speed,
-)
 from multiradar.diagnosis.cross_sensor.radar_groups import grouped
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import check_registration
@@ -72,9 +63,9 @@ from multiradar.diagnosis.single_sensor.columns import (
     check_codes,
     check_time_rate,
 )
-from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE, check_detections
+from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE
 from multiradar.diagnosis.single_sensor.jumps import check_paths
-from multiradar.diagnosis.sites import check_displaced
+from multiradar.diagnosis.single_sensor.settings import check_settings
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
@@ -132,7 +123,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     named = {one.sensor_id for one in found}
     for name in known:
         if name not in named:
-            found += _check_losses(evidence, comparison, name, causes=causes)
+            found += check_settings(evidence, comparison, name, causes=causes)
     found = found or check_large_offsets(evidence)
     found = _with_split(found, check_split_radars(comparison, evidence.sensors.ids))
     found += _placeholders(evidence, comparison, {one.sensor_id for one in found})
@@ -393,64 +384,6 @@ def _instead_of_gain(
         return [found]
     wrong = check_registration(comparison, number, comparison.agreement(number, pairs), pairs)
     return of_heights(found.sensor_id, comparison.site(number)[2], wrong) or [found]
-
-
-# Settings contradicted by the run itself, and losses.
-def _check_losses(
-    evidence: Evidence, comparison: Comparison, name: str, *, causes: bool
-) -> list[Diagnosis]:
-    losses = loss_checks.losses_of(evidence, name)
-    number = evidence.number(name)
-    radar = number in comparison.numbers and comparison.is_radar(number)
-    found = first_of(
-        loss_checks.check_range_max(
-            evidence, name, losses, in_metres=radar and _are_in_metres(comparison, number)
-        ),
-        _range_unit(evidence, comparison, name) if radar else None,
-        check_nearer_than_height(name, comparison.plots(number), comparison.site(number))
-        if radar and not causes
-        else None,
-        loss_checks.check_repeated(evidence, name),
-        None if causes else check_displaced(evidence, name),
-        noise.check_noise(evidence, name, causes=causes),
-        noise.check_scatter(
-            evidence, name, comparison.plots(number), aircraft_of(comparison.plots(number))
-        )
-        if radar and not causes
-        else None,
-        _scans(comparison, name, number) if radar else None,
-    )
-    values = loss_checks.check_values(evidence, name, losses)
-    if values is not None and not found:
-        return [values]
-    # Tracks biased by a wrong sensor lose plots of the right ones, too.
-    if causes or any(one.severity == "error" for one in found):
-        return found
-    return first_of(loss_checks.check_unexplained_losses(evidence, name, losses), *found)
-
-
-def _scans(comparison: Comparison, name: str, number: int) -> Diagnosis | None:
-    plots, period_s = comparison.plots(number), comparison.period_s(number)
-    return check_scan_period(name, plots, period_s) or check_detections(
-        name, plots, comparison.site(number), period_s
-    )
-
-
-# Whether ranges are in metres: other sensors agree, or aircraft are as fast as aircraft.
-def _are_in_metres(comparison: Comparison, number: int) -> bool:
-    pairs = comparison.pairs(number, comparison.numbers)
-    if comparison.agreement(number, pairs).share >= AGREES_MIN:
-        return True
-    plots = comparison.plots(number)
-    speed = median_speed(plots, plots.range_m, comparison.site(number), aircraft_of(plots))
-    return SPEED_MIN_MPS <= speed <= SPEED_MAX_MPS
-
-
-def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:
-    number = evidence.number(name)
-    plots = comparison.plots(number)
-    end_m = float(evidence.sensors.range_max_m[number])
-    return check_range_unit(name, plots, comparison.site(number), aircraft_of(plots), end_m)
 
 
 def _check_no_tracks(evidence: Evidence) -> list[Diagnosis]:

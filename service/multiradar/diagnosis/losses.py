@@ -10,6 +10,7 @@ import polars as pl
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
+from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
@@ -201,17 +202,20 @@ def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:
     )
 
 
-# Copies that are not exact have passed through another recorder or network.
+# Copies that are not exact have passed through another recorder or network; as declared, where they
+# have another name of the sensor.
 def _of_two_feeds(evidence: Evidence, name: str) -> Diagnosis | None:
     again, read = evidence.duplicates[name], evidence.sources[name].read
-    if again <= LOST_MAX * read:
+    declared = 0 < evidence.renamed[name] < read
+    if again <= LOST_MAX * read or declared:
         return None
     return Diagnosis(
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice, from two feeds: "
         f"{again / read:.0%} repeat another plot within a fraction of a scan and are not used; "
-        "record or merge each plot once",
+        "if there are two networks, give the second one its own sensor_id and declare it with also",
+        "warning",
     )
 
 
@@ -282,11 +286,27 @@ def check_values(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | N
     )
 
 
+# Whether most plots of a radar are nearer than the height that they are taken to be at.
+def _are_surface(evidence: Evidence, name: str) -> bool:
+    plots = evidence.sources[name].plots()
+    near = plots.filter(pl.col("height_m").is_null() & (pl.col("range_m") < HEIGHT_ASSUMED_M))
+    return len(near) > 0.5 * len(plots)
+
+
 def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
     """Report losses that no diagnosed error explains."""
     if losses.known < READ_MIN or losses.share <= LOST_MAX:
         return None
     most = losses.lost.most_common(1)[0][0]
+    if most == Outcome.UNASSOCIATED.name and _are_surface(evidence, name):
+        return Diagnosis(
+            name,
+            "measurements_lost",
+            f"{name}: {losses.words()}: its plots have no heights, aircraft without one are taken "
+            f"to be at {HEIGHT_ASSUMED_M:.0f} m, and most of its ranges are shorter (a surface "
+            "movement radar?); fill height_m, or exclude the sensor",
+            "warning",
+        )
     when = ""
     if most in ("TIME_LATE", "TIME_FUTURE"):
         source = evidence.sources[name]

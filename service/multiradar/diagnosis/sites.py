@@ -57,7 +57,9 @@ def check_displaced(evidence: Evidence, name: str) -> Diagnosis | None:
         The radar.
     """
     apart_m = evidence.displaced.get(name, 0.0)
-    if not apart_m > 0.0:
+    # The tracks of a radar alone are displaced like its plots.
+    others = [one for one in evidence.sensors.ids if one != name and one in evidence.sources]
+    if not apart_m > 0.0 or not others:
         return None
     return Diagnosis(
         name,

@@ -108,7 +108,9 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
     timed = {name: one for name, one in sources.items() if one.last_s > one.first_s}
     if len(timed) < 2:
         return []
-    first_s, last_s = first_and_last(timed, [*timed])
+    # Radars have clutter before the first aircraft, which reports of positions start with.
+    spans = np.array([_of_aircraft(one) for one in timed.values()])
+    first_s, last_s = float(spans[:, 0].min()), float(spans[:, 1].max())
     whole_s = last_s - first_s
     if whole_s < ENDS_SPAN_MIN_S or last_s >= _UNIX_MAX_S:
         return []
@@ -134,6 +136,11 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
         and last_s - one.last_s <= _pause_max_s(one, whole_s)
     ]
     return [*found, *(_starts(timed, name) for name in sorted(late))]
+
+
+def _of_aircraft(source: Source) -> tuple[float, float]:
+    first_s, last_s = source.named_s
+    return (first_s, last_s) if last_s > first_s else (source.first_s, source.last_s)
 
 
 def _starts(sources: Mapping[str, Source], name: str) -> Diagnosis:

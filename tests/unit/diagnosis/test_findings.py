@@ -255,7 +255,10 @@ def test_two_feeds_of_a_radar_are_named(copies: float, *, known: bool) -> None:
     assert (said is not None) == known
     if said is not None:
         assert said.code == "measurements_twice"
+        assert said.severity == "warning"
         assert "in the recording twice, from two feeds: 50% repeat" in said.sentence
+    evidence.renamed[NAME] = read // 2
+    assert check_repeated(evidence, NAME) is None
 
 
 # Pressure heights on a hot or a cold day: they resemble other site heights.

@@ -9,10 +9,15 @@ import pytest
 
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.losses import check_unexplained_losses, losses_of
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.noise import check_scatter
+from multiradar.diagnosis.plots import Plots
 from multiradar.estimation.filters.bank import Outcome
 from multiradar_schemas.sensors.sensor import Sensor
 from support.inputs.mistaken import SIGMAS, Recording, recording
+
+RANGE = pl.col("range_m")
 
 
 def evidence_of(one: Recording, **outcomes: int) -> Evidence:
@@ -130,6 +135,30 @@ def test_sigmas_far_below_the_scatter_are_reported_without_a_measured_noise(
     scatter = re.search(r"plots scatter by (\d+) m about the path", found[0].sentence)
     assert scatter is not None
     assert float(scatter[1]) == pytest.approx(SIGMAS[0], rel=0.15)
+
+
+def test_plots_of_a_surface_movement_radar_are_a_warning() -> None:
+    near = recording().changed("1-10", height_m=pl.lit(None, pl.Float64), range_m=RANGE % 3000.0)
+    evidence = evidence_of(near.only("1-10"), UNASSOCIATED=900, UPDATED=0)
+    losses = losses_of(evidence, "1-10")
+    found = check_unexplained_losses(evidence, "1-10", losses)
+    assert found is not None
+    assert (found.code, found.severity) == ("measurements_lost", "warning")
+    assert "most of its ranges are shorter (a surface movement radar?)" in found.sentence
+
+
+def test_turns_between_plots_are_no_scatter() -> None:
+    """Fighters that turn by 30° between two plots."""
+    turns, number = np.arange(200), np.repeat(np.arange(4), 200)
+    angle = np.radians(30.0) * np.tile(turns, 4)
+    east, north = 60e3 + 5e3 * number + 5e3 * np.sin(angle), 5e3 * np.cos(angle)
+    missing = np.full(len(number), np.nan)
+    plots = Plots(
+        (10.0 * np.tile(turns, 4) + number).astype(np.float64), np.hypot(east, north),
+        np.degrees(np.arctan2(east, north)), missing, missing, missing,
+        number[:, None] * np.ones((1, 3), np.int64),
+    )  # fmt: skip
+    assert check_scatter(evidence_of(recording()), "1-10", plots, number) is None
 
 
 @pytest.mark.parametrize(("code", "count"), [("MISSING_FIELD", 6), ("OUT_OF_RANGE", 200)])

@@ -8,13 +8,13 @@ import pytest
 
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
-    check_height_unit,
     check_nearer_than_height,
     check_range_unit,
     median_speed,
 )
 from multiradar.diagnosis.evidence import COLUMNS
 from multiradar.diagnosis.plots import Plots, plots_of
+from multiradar.diagnosis.single_sensor.height_units import check_height_unit
 
 SITE = (0.87, 0.26, 300.0)
 FARTHEST_M = 100e3
@@ -133,7 +133,7 @@ def flights(height_m: float, speed_mps: float, aircraft: int) -> Plots:
     return Plots(
         np.tile(parts[0].time_s, aircraft), np.tile(parts[0].range_m - 0.3 * FARTHEST_M, aircraft),
         np.repeat(np.linspace(0.0, 300.0, aircraft), count), missing, missing,
-        np.full(aircraft * count, height_m) + np.arange(aircraft * count) % 2,
+        np.full(aircraft * count, height_m) + np.arange(aircraft * count) % 40,
         np.repeat(np.arange(aircraft), count)[:, None] * np.ones((1, 3), np.int64),
     )  # fmt: skip
 

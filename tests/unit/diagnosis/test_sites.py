@@ -50,6 +50,7 @@ def test_radars_of_one_place_have_one_height(height_m: float, *, accepted: bool)
 def test_a_site_that_raises_its_alarm_until_the_end_is_named() -> None:
     """Regression: plots without identity among clutter are not compared, and it was silent."""
     evidence = Evidence(recording().table())
+    evidence.record_rows(recording().frame)
     alarms = [1 << ALARM_SITE, 1 << ALARM_SITE, 1 << ALARM_NOISE, 1 << ALARM_SITE | 1]
     records = health_records(
         sensor=[0, 1, 0, 1], alarms=alarms, site_east_m=[300.0] * 4, site_north_m=[-400.0] * 4
@@ -60,3 +61,6 @@ def test_a_site_that_raises_its_alarm_until_the_end_is_named() -> None:
     assert said is not None
     assert (said.code, said.severity) == ("site", "warning")
     assert said.sentence.startswith("2-10: its site is probably wrong, by at least 0.50 km: its pl")
+    alone = Evidence(recording().only("2-10").table())
+    alone.displaced["2-10"] = 500.0
+    assert check_displaced(alone, "2-10") is None

@@ -127,6 +127,12 @@ def test_a_sensor_that_starts_after_the_others_causes_a_warning() -> None:
     assert (found.sensor_id, found.code, found.severity) == ("1-10", "starts_late", "warning")
 
 
+def test_clutter_before_the_first_aircraft_shows_no_late_start() -> None:
+    radar, reports = timed("radar", 0.0, 1800.0), timed("adsb", 900.0, 1800.0)
+    radar.named_s = START_S + 890.0, START_S + 1800.0
+    assert check_ends({"1-10": radar, "adsb": reports}) == []
+
+
 @pytest.mark.parametrize(("last_gap_s", "codes"), [(400.0, ["pause"]), (200.0, []), (0.0, [])])
 def test_a_pause_of_all_sensors_causes_a_warning(last_gap_s: float, codes: list[str]) -> None:
     sources = {

@@ -14,6 +14,8 @@ from multiradar_schemas.measurements.units import FOOT_M
 _UNITS = {
     "feet": 1.0 / FOOT_M,
     "flight levels": 1.0 / 30.48,
+    "units of 25 ft": 4.0 / 30.48,
+    "tens of metres": 0.1,
     "hundreds of metres": 0.01,
     "kilometres": 0.001,
     "metres converted once more as if they were feet": FOOT_M,

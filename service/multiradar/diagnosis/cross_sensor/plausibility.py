@@ -7,8 +7,6 @@ from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, RANGE_UN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import KEYS, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation, two_rotations
-from multiradar.geodesy.geodesic import EARTH_RADIUS_M
-from multiradar_schemas.measurements.units import FOOT_M
 
 #: Coherence of azimuth and time of a rotating antenna; another unit is preferred when it reduces
 #: the incoherence by this factor.
@@ -24,6 +22,8 @@ PERIOD_WITHIN = 0.1
 _ROTATION_WITHIN, _BETWEEN_WITHIN = 0.04, 0.07
 #: The median speed of aircraft lies in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
+#: ... or, where the ranges end at the instrumented range, up to Mach 2.
+_ENDS_WITHIN, SUPERSONIC_MPS = 0.05, 600.0
 #: The farthest plot of a radar is beyond this fraction of its instrumented range, and no plot is
 #: beyond the line of sight of a ground radar, m.
 FARTHEST_MIN, RANGE_END_M = 0.1, 600e3
@@ -35,22 +35,8 @@ _APART_MIN_S, _APART_MAX_S = 20.0, 60.0
 _PATHS_MAX = 500
 #: Ranges that are all below this are not in metres.
 RANGES_SMALL_M = 2000.0
-#: Effective Earth radius for radio propagation: 4/3 of its radius (ITU-R P.834).
-_RADIO_RADIUS_M = EARTH_RADIUS_M * 4.0 / 3.0
 #: Fraction of heights that may be above `CEILING_M`: garbled Mode C.
 HIGH_MAX = 0.05
-#: Fraction of plots that must be impossible in one unit and possible in the other.
-MOST = 0.5
-FLIGHT_LEVEL_M = 30.48
-_LARGE_UNITS = {
-    "units of 25 ft": FLIGHT_LEVEL_M / 4.0, "flight levels": FLIGHT_LEVEL_M,
-    "hundreds of metres": 100.0, "kilometres": 1e3,
-}  # fmt: skip
-#: All traffic is below the first only near a radar, in a median range below the second, m.
-_LOW_M, _LOW_SEEN_M = 600.0, 60e3
-#: Below the first, 10 000 ft, aircraft fly at 250 kt at most; most of a traffic of so many aircraft
-#: is not there with a median ground speed above the second, m/s.
-_SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 #: Tolerance of heights about a horizon or a site, m: pressure heights.
 _BELOW_M = 300.0
 #: Aircraft under air traffic control fly lower than this, m.
@@ -148,10 +134,32 @@ def gaps_s(plots: Plots) -> Floats:
     return gaps
 
 
-def rotation_of(plots: Plots) -> float:
-    """Return the scan period of a radar by the azimuths of its plots, s; NaN where unknown."""
-    found = rotation(plots.time_s, np.radians(plots.azimuth_deg))
-    return abs(found.period_s) if _rotates(found, plots.time_s) else np.nan
+def scan_period(plots: Plots, configured_s: float) -> float:
+    """Return the scan period by the azimuths of the plots where they contradict the configured one.
+
+    Parameters
+    ----------
+    plots : Plots
+        Plots of a radar.
+    configured_s : float
+        Its configured scan period, s; NaN where unknown.
+
+    Returns
+    -------
+    float
+        s; the configured period where that fits, too: few aircraft fit several periods.
+    """
+    azimuth = np.radians(plots.azimuth_deg)
+    found = rotation(plots.time_s, azimuth)
+    at = Rotation(configured_s, 0.0)
+    if np.isfinite(configured_s):
+        at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
+    return abs(found.period_s) if _closer(found, at, plots.time_s) else configured_s
+
+
+def rotates(plots: Plots) -> bool:
+    """Return whether the azimuths of the plots of a radar show a rotation."""
+    return _rotates(rotation(plots.time_s, np.radians(plots.azimuth_deg)), plots.time_s)
 
 
 def measured_period(plots: Plots) -> float:
@@ -218,7 +226,10 @@ def check_range_unit(
     speed = median_speed(plots, plots.range_m, site, paths)
     farthest = float(np.max(plots.range_m, initial=0.0))
     possible = SPEED_MIN_MPS <= speed <= SPEED_MAX_MPS
-    if plots.size < TESTED_MIN or possible or (np.isnan(speed) and farthest > RANGES_SMALL_M):
+    # Plots up to the instrumented range, and none beyond, are in its unit.
+    ends = abs(farthest / range_max_m - 1.0) <= _ENDS_WITHIN and speed <= SUPERSONIC_MPS
+    small = np.isnan(speed) and farthest > RANGES_SMALL_M
+    if plots.size < TESTED_MIN or possible or ends or small:
         return None
     fitting = []
     for reading in RANGE_UNITS:
@@ -289,65 +300,6 @@ def _medians(group: Integers, values: Floats) -> Floats:
     return np.asarray(0.5 * (values[first + (count - 1) // 2] + values[first + count // 2]))
 
 
-def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
-    """Diagnose heights in another unit, which are impossible as metres."""
-    known = np.isfinite(plots.height_m)
-    heights, ranges = plots.height_m[known], plots.range_m[known]
-    if len(heights) < TESTED_MIN:
-        return None
-    if np.mean(heights > CEILING_M) > HIGH_MAX and np.mean(heights * FOOT_M > CEILING_M) < 0.01:
-        return _height(
-            name, "feet", f"{np.mean(heights > CEILING_M):.0%} of them exceed {CEILING_M:.0f} m"
-        )
-    # Lowest height in sight over a smooth Earth in standard atmosphere.
-    lowest = (
-        ranges**2 / (2.0 * _RADIO_RADIUS_M)
-        - np.sqrt(np.maximum(2.0 * max(site[2], 0.0) / _RADIO_RADIUS_M, 0.0)) * ranges
-    )
-    hidden = np.mean(heights < lowest - _BELOW_M)
-    # A radar on a mountain sees low aircraft far away, but not only such.
-    # Half of the plots of a radar at an airport are those of aircraft on and near the ground.
-    low = heights.max() < _LOW_M and np.quantile(ranges, 0.75) > _LOW_SEEN_M
-    far = known & (plots.range_m >= np.median(ranges))
-    speed = _low_speed(plots.select(np.flatnonzero(far)), site)
-    if hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS:
-        return None
-    if np.ptp(heights) == 0.0:
-        return Diagnosis(
-            name,
-            "column_constant",
-            f"{name}: its height_m is probably a placeholder: the value is {heights[0]:g} in all "
-            "plots that have a height; leave height_m empty where no height was reported",
-        )
-    units = [
-        unit
-        for unit, metres in _LARGE_UNITS.items()
-        if np.mean(heights * metres > CEILING_M) < 0.01
-        and np.mean(heights * metres < lowest - _BELOW_M) <= 0.1 * hidden
-        and (not speed > _SLOW_MPS or heights.max() * metres > _SLOW_M)
-    ]
-    why = f"{hidden:.0%} of its plots are below the horizon of the radar"
-    if speed > _SLOW_MPS:
-        why = (
-            f"most aircraft are below {_SLOW_M:.0f} m (FL100), with a median speed of {speed:.0f} "
-            "m/s"
-        )
-    if low:
-        why = f"none exceeds {heights.max():.0f} m"
-    return _height(name, " or ".join(units), why) if units else None
-
-
-# Median speed of aircraft lower than `_SLOW_M`, m/s; NaN unless most plots are of such.
-def _low_speed(plots: Plots, site: Site) -> float:
-    rows = np.flatnonzero(plots.height_m < _SLOW_M)
-    paths = aircraft_of(plots)
-    aircraft = np.unique(paths[rows][paths[rows] >= 0])
-    if len(rows) <= (1.0 - HIGH_MAX) * plots.size or len(aircraft) < _SLOW_AIRCRAFT_MIN:
-        return np.nan
-    chosen = plots.select(rows)
-    return median_speed(chosen, chosen.range_m, site, paths[rows])
-
-
 def aircraft_of(plots: Plots) -> Integers:
     """Return the aircraft of each plot by the first of `KEYS` that most have, −1 where unknown."""
     return next(
@@ -374,13 +326,6 @@ def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis |
         f"{np.mean(wrong):.0%} of its ranges are shorter than the height of the aircraft {sense} "
         f"its site at {site[2]:g} m; check height_m in the sensors file and the units",
     )
-
-
-def _height(name: str, unit: str, why: str) -> Diagnosis:
-    return Diagnosis(
-        name, "height_unit",
-        f"{name}: its heights are probably in {unit}: {why}; convert them to metres",
-    )  # fmt: skip
 
 
 def _of_unit(name: str, unit: Reading, azimuth: Floats, found: Rotation) -> Diagnosis:

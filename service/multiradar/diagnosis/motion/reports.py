@@ -13,6 +13,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.losses import LOST_MAX, SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.motion.height_steps import HIGHEST_M, are_in
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
 from multiradar_schemas.measurements.units import FOOT_M
@@ -185,9 +186,13 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
     speed = float(np.median(speed_mps))
     if len(known) < TESTED_MIN:
         return None
-    high = float(np.mean(known > CEILING_M))
+    if are_in(known, 1.0):
+        # Low and fast, or high: military aircraft.
+        return check_vertical_rates(name, plots.time_s, plots.height_m, _names(plots))
+    ceiling_m = CEILING_M if are_in(known, FOOT_M) else HIGHEST_M
+    high = float(np.mean(known > ceiling_m))
     if high > HIGH_MAX and np.mean(known * FOOT_M > CEILING_M) < HIGH_MAX / 5.0:
-        why = f"{high:.0%} of them are above {CEILING_M:.0f} m"
+        why = f"{high:.0%} of them are above {ceiling_m:.0f} m"
         return _unit_of_heights(name, "feet", why, "convert them to metres")
     why = f"all are below {known.max():.0f} m, but the median speed is {speed:.0f} m/s"
     if known.max() <= _LOW_M and _FAST_MPS < speed <= SPEED_MAX_MPS:

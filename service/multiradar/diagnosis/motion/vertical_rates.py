@@ -8,6 +8,7 @@ import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis, Severity
+from multiradar.diagnosis.motion.height_steps import STEP_FT, are_in
 from multiradar.diagnosis.plots import Booleans, Floats, Integers
 from multiradar_schemas.measurements.units import FOOT_M
 
@@ -23,8 +24,8 @@ JUMP_MPS, JUMP_MIN_S, JUMP_MAX_S, JUMPING_MIN = 150.0, 1.0, 15.0, 0.05
 JUMPING_MANY = 0.2
 #: Fewer climbing aircraft show nothing. One that climbs less of the time has garbled heights.
 CLIMBING_MIN, CLIMBING_SHARE_MIN = 3, 0.15
-#: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
-STEP_FT, STEPPED_MIN, STEP_WITHIN = 25.0, 0.9, 0.02
+#: Usual climbs after conversion, m/s: feet explain no faster ones.
+USUAL_MPS = 8.0
 
 
 def check_vertical_rates(
@@ -55,7 +56,7 @@ def check_vertical_rates(
         return None
     if len(np.unique(aircraft[first[climbing]])) < CLIMBING_MIN:
         return None
-    in_feet = are_stepped(height_m, STEP_FT) and not are_stepped(height_m, STEP_FT * FOOT_M)
+    in_feet = are_in(height_m, FOOT_M) and not are_in(height_m, 1.0)
     limit_mps = FAST_MPS if in_feet else IMPOSSIBLE_MPS
     jumps, compared = _jumps(time_s, height_m, aircraft)
     until = np.concatenate([[0], np.cumsum(jumps)])
@@ -63,6 +64,9 @@ def check_vertical_rates(
     median_mps = float(np.median(rate_mps[steady])) if steady.any() else 0.0
     jumping = np.count_nonzero(jumps) / max(compared, 1)
     usable = jumping < JUMPING_MANY and np.count_nonzero(steady) >= TESTED_MIN
+    if usable and (are_in(height_m, 1.0) or median_mps * FOOT_M > USUAL_MPS):
+        # Fighters climb at 80 m/s.
+        return None
     if not usable or median_mps <= limit_mps:
         if jumping < JUMPING_MIN or np.median(rate_mps[climbing]) <= limit_mps:
             return None
@@ -96,12 +100,6 @@ def _jumps(time_s: Floats, height_m: Floats, aircraft: Integers) -> tuple[Boolea
     compared = (np.diff(aircraft) == 0) & (apart_s >= JUMP_MIN_S) & (apart_s <= JUMP_MAX_S)
     jumps = compared & (np.abs(np.diff(height_m)) > JUMP_MPS * apart_s)
     return jumps, int(np.count_nonzero(compared))
-
-
-def are_stepped(height: Floats, step: float) -> bool:
-    """Return whether most values are multiples of a step."""
-    off = np.abs((height / step + 0.5) % 1.0 - 0.5)
-    return bool(np.mean(off <= STEP_WITHIN) >= STEPPED_MIN)
 
 
 def pairs_apart(

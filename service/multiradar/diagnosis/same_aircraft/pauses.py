@@ -20,6 +20,8 @@ from multiradar.diagnosis.times import utc
 PAUSE_MIN_S, FLOWN_MIN_S = 300.0, 90.0
 #: Time before and after, s, in which so many aircraft, and this fraction of those before, are seen.
 _BESIDE_S, _SAME_AIRCRAFT_MIN, _SAME_MIN = 60.0, 3, 0.5
+#: So few aircraft may all have left, and others come later.
+_MINIMUM_MAX = 8
 #: Measurements in a second of traffic that does not end at once.
 _RATE_MIN = 5.0
 #: The times have jumped if aircraft have flown for less than this fraction of the gap.
@@ -174,7 +176,9 @@ def _common(timed: Mapping[str, Source]) -> Sequence[_Gap]:
 
 def _pause(timed: Mapping[str, Source], gap: _Gap) -> Diagnosis | None:
     flown = _is_flown(timed, gap)
-    if not flown and (gap.to_s - gap.from_s < PAUSE_MIN_S or len(timed) < 2):
+    if not flown and (
+        gap.to_s - gap.from_s < PAUSE_MIN_S or len(timed) < 2 or _is_minimum(timed, gap)
+    ):
         return None
     cause = "probably a missing file, or a recorder that was stopped"
     if flown:
@@ -187,6 +191,22 @@ def _pause(timed: Mapping[str, Source], gap: _Gap) -> Diagnosis | None:
         "recording is complete",
         "error" if flown else "warning",
     )
+
+
+# Whether the traffic before or after a gap is so small that it may have ended: all plots are those
+# of few aircraft, and none is clutter, which never ends.
+def _is_minimum(timed: Mapping[str, Source], gap: _Gap) -> bool:
+    few = []
+    for side in (_Gap(gap.from_s - _BESIDE_S, gap.from_s), _Gap(gap.to_s, gap.to_s + _BESIDE_S)):
+        most, unnamed = 0, 0
+        for source in timed.values():
+            plots = plots_of(source.plots())
+            chosen = (plots.time_s >= side.from_s) & (plots.time_s <= side.to_s)
+            names = plots.keys[chosen].max(axis=1)
+            most = max(most, len(np.unique(names[names >= 0])))
+            unnamed += int(np.count_nonzero(names < 0))
+        few.append(0 < most <= _MINIMUM_MAX and unnamed == 0)
+    return any(few)
 
 
 # Why aircraft flew in a gap; empty where this is not certain.

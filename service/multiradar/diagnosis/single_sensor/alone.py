@@ -10,7 +10,6 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,
-    check_height_unit,
     check_two_radars,
 )
 from multiradar.diagnosis.evidence import Evidence
@@ -22,6 +21,10 @@ from multiradar.diagnosis.single_sensor.columns import (
     check_signed,
     check_time_resolution,
     check_time_unit,
+)
+from multiradar.diagnosis.single_sensor.height_units import (
+    check_filled_heights,
+    check_height_unit,
 )
 from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
@@ -50,6 +53,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         sigma_m = float(evidence.sensors.position_sigma_m[number])
         return first_of(
             check_identities(name, plots, None),
+            check_filled_heights(name, plots, None),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
             _of_rates(name, plots, None),
         )
@@ -65,7 +69,8 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
         check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
-        check_height_unit(name, plots, comparison.site(number))
+        check_filled_heights(name, plots, comparison.site(number))
+        or check_height_unit(name, plots, comparison.site(number))
         or _of_rates(name, plots, comparison.site(number)),
     )
 

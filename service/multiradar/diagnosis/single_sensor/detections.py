@@ -3,7 +3,7 @@
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of, rotation_of
+from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of, rotates, scan_period
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Floats, Integers, Plots, Site, located
 
@@ -39,8 +39,7 @@ def check_detections(
     configured_s : float
         The configured scan period, s; NaN where unknown.
     """
-    measured_s = rotation_of(plots)
-    period_s = measured_s if np.isfinite(measured_s) else configured_s
+    period_s = scan_period(plots, configured_s)
     aircraft = aircraft_of(plots)
     order = np.lexsort((plots.time_s, aircraft))
     order = order[aircraft[order] >= 0]
@@ -61,7 +60,7 @@ def check_detections(
     if len(speed) < TESTED_MIN or not np.median(speed) <= _SPARSE_SPEED_MPS:
         return None
     every = float(np.mean(scans[near if few else seen & (scans <= _GAP_SCANS)]))
-    known = bool(np.isfinite(measured_s))
+    known = rotates(plots)
     by = "the azimuths of its plots" if known else "rotation_period_s in the sensors file"
     perhaps = "" if known else ", or rotation_period_s is wrong"
     return Diagnosis(

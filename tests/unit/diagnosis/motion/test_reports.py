@@ -20,7 +20,8 @@ def reports(**changed: Callable[[Floats], Floats]) -> Plots:
         "time_s": 1_533_110_400.0 + flown_s + number,
         "latitude_deg": 46.05 + 0.2 * number + flown_s * 150.0 / 111_195.0,
         "longitude_deg": 7.05 + 0.3 * number + flown_s * 130.0 / 77_000.0,
-        "height_m": np.full(len(number), 9000.0) + 100.0 * number,
+        # In steps of 25 ft.
+        "height_m": np.full(len(number), 8999.22) + 99.06 * number,
     }
     columns |= {name: change(columns[name]) for name, change in changed.items()}
     order = np.argsort(columns["time_s"], kind="stable")

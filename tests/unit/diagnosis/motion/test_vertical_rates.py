@@ -5,7 +5,6 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.diagnosis.motion.vertical_rates import (
-    are_stepped,
     check_vertical_rates,
     pairs_apart,
 )
@@ -117,6 +116,7 @@ def test_pairs_are_of_one_aircraft_and_apart_in_time() -> None:
     assert list(zip(first.tolist(), last.tolist(), strict=True)) == [(1, 0), (2, 3)]
 
 
-def test_steps_are_multiples() -> None:
-    assert are_stepped(np.array([100.0, 125.0, 350.0]), 25.0)
-    assert not are_stepped(np.array([100.0, 120.0, 350.0]), 25.0)
+@pytest.mark.parametrize("step_m", [25 * FOOT_M, 100 * FOOT_M, 0.001])
+@pytest.mark.parametrize("rate_mps", [50.0, -80.0])
+def test_steep_climbs_of_fighters_are_no_heights_in_feet(rate_mps: float, step_m: float) -> None:
+    assert checked(rate_mps, step_m) == ""

@@ -41,6 +41,14 @@ def test_one_height_of_a_radar_without_others_may_be_a_placeholder(
     }
 
 
+def test_one_height_of_traffic_on_the_ground_is_no_placeholder() -> None:
+    one = with_reports(recording(positions=True)).only("adsb")
+    where = {name: pl.col(name) / 50.0 for name in ("latitude_deg", "longitude_deg")}
+    level = one.changed("adsb", height_m=placeholder(22.86))
+    assert level.codes() == [("adsb", "column_constant")]
+    assert level.changed("adsb", **where).codes() == []
+
+
 def test_heights_of_reports_that_are_0_or_missing_are_named() -> None:
     one = with_reports(recording(positions=True))
     (zero,) = one.changed("adsb", height_m=placeholder(0.0)).diagnosed()

@@ -63,3 +63,22 @@ def test_other_aircraft_after_an_hour_are_two_recordings() -> None:
     )
     found = pauses(replace(one, frame=frame))
     assert [(one.code, one.severity) for one in found] == [("pause", "warning")]
+
+
+# At night a few aircraft leave, and others come later; a radar with clutter never pauses.
+@pytest.mark.parametrize(("aircraft", "clutter", "known"), [
+    (5, False, False), (12, False, True), (5, True, True),
+])  # fmt: skip
+def test_few_aircraft_that_leave_are_no_missing_part(
+    aircraft: int, *, clutter: bool, known: bool
+) -> None:
+    one = recording(2, aircraft)
+    after = FROM_S < TIME
+    unnamed = pl.int_range(pl.len()) % 9 == 0 if clutter else pl.lit(0) == 1
+    number = pl.col("track_number") + pl.when(after).then(100).otherwise(0)
+    frame = one.frame.with_columns(
+        time_s=TIME + pl.when(after).then(1200.0).otherwise(0.0),
+        track_number=pl.when(~unnamed).then(number),
+    )
+    found = [(one.code, one.severity) for one in pauses(replace(one, frame=frame))]
+    assert found == ([("pause", "warning")] if known else [])

@@ -3,7 +3,7 @@
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.evidence import Source
+from multiradar.diagnosis.evidence import COLUMNS, Source
 from multiradar.diagnosis.times import check_gaps
 from multiradar_schemas.sensors.sensor import Sensor
 from support.inputs.mistaken import START_S, Edit, Recording, recording
@@ -170,7 +170,8 @@ def test_times_of_two_days_are_named(times: pl.Expr, words: str) -> None:
 def test_a_gap_is_found_between_parts_and_a_night_is_none() -> None:
     source = Source()
     for start_s in (0.0, 30_000.0, 40.0):
-        frame = pl.DataFrame({"time_s": [start_s + k for k in range(30)]})
+        nothing = {name: [None] * 30 for name in COLUMNS}
+        frame = pl.DataFrame(nothing | {"time_s": [start_s + k for k in range(30)]})
         source.add(frame)
     assert (source.gap_s, source.gap_from_s) == (29_971.0, 29.0)
     assert check_gaps({NAME: source}) == []
