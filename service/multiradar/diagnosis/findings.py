@@ -66,7 +66,7 @@ from multiradar.diagnosis.single_sensor.columns import (
 from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE
 from multiradar.diagnosis.single_sensor.jumps import check_paths
 from multiradar.diagnosis.single_sensor.settings import check_settings
-from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
+from multiradar.diagnosis.times import TIMES_APART, check_ends, check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 #: Fraction that agrees of a radar with a small error of site or range: less is another cause.
@@ -95,13 +95,13 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     if rate is not None:
         # Speeds, scans and gaps of all sensors would have other causes.
         return [*found, rate]
-    found += _check_times(evidence)
+    times = _check_times(evidence)
+    found += times
+    if _are_of_either(times):
+        return found
     found += loss_checks.check_copied_sensors(evidence)
-    named = {one.sensor_id for one in found}
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
-    for name in known:
-        if name not in named:
-            found += check_alone(evidence, comparison, name)
+    found += _check_alone(evidence, comparison, known, {one.sensor_id for one in found})
     found = _with_origin(comparison, found, evidence.sensors.ids)
     named = {one.sensor_id for one in found}
     # Wrong identities would be compared with those of other sensors.
@@ -132,19 +132,35 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     return [*found, *_check_ends(evidence, found)]
 
 
+def _check_alone(
+    evidence: Evidence, comparison: Comparison, known: Sequence[str], named: Collection[str]
+) -> list[Diagnosis]:
+    alone = [check_alone(evidence, comparison, one) for one in known if one not in named]
+    return [one for found in alone for one in found]
+
+
 def _check_times(evidence: Evidence) -> list[Diagnosis]:
-    found = [*check_times(evidence.sources), *check_gaps(evidence.sources)]
+    found = check_times(evidence.sources)
+    named = {one.sensor_id for one in found}
+    found += [one for one in check_gaps(evidence.sources) if one.sensor_id not in named]
     jumps = [] if found else check_pauses(evidence.sources)
     return [*found, *(one for one in jumps if one.code == TIMES_JUMP)]
+
+
+# Two sensors that have no time in common are not compared.
+def _are_of_either(found: Sequence[Diagnosis]) -> bool:
+    return any(one.code == TIMES_APART and not one.sensor_id for one in found)
 
 
 def _check_ends(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Diagnosis]:
     if _have_other_times(found):
         return []
     pauses = check_pauses(evidence.sources)
-    # A clock that is ahead starts and ends later.
+    # A clock that is ahead starts and ends later, and may leave a pause.
     clocks = any(one.code == "clock" and one.severity == "error" for one in found)
-    return pauses if clocks else [*check_ends(evidence.sources), *pauses]
+    if clocks:
+        return [one for one in pauses if one.severity == "error"]
+    return [*check_ends(evidence.sources), *pauses]
 
 
 # Times that differ or jump end at other times, too.
@@ -330,6 +346,7 @@ _MAY_BE_EITHER = (
     "azimuth_offset",
     "azimuth_jump",
     "site_height",
+    HEIGHT_CODE,
     "ground_ranges",
     "height_offset",
 )

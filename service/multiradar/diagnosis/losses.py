@@ -13,7 +13,7 @@ from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 from multiradar_schemas.sensors.sensor import SensorKind
@@ -33,6 +33,8 @@ VALUES_MAX = 0.01
 #: range_max_m.
 OUTSIDE_MAX = 0.1
 _KINDS = ("radar", "adsb", "mlat", "bearing")
+#: Fraction of the measurements of a radar that are of another kind by mistake.
+_MIXED_MIN = 0.01
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
@@ -106,6 +108,13 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
     for part in evidence.sources[name].kept:
         for one, count in part.group_by("kind", maintain_order=True).len().iter_rows():
             kinds[str(one)] += count
+    return _of_two_kinds(evidence, name, kinds, losses) or _of_kind(evidence, name, kinds, losses)
+
+
+# Most measurements of another kind than the declared one.
+def _of_kind(
+    evidence: Evidence, name: str, kinds: Counter[str], losses: Losses
+) -> Diagnosis | None:
     kind, most = (kinds.most_common(1) or [("", 0)])[0]
     why = "which a sensor of the configured kind does not report"
     if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
@@ -133,6 +142,26 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
         name,
         "kind",
         f"{name}: kind is probably wrong: its measurements are of kind {kind}, {why}; {remedy}",
+    )
+
+
+# Measurements of two kinds under the name of one sensor, most or some of which it cannot have.
+def _of_two_kinds(
+    evidence: Evidence, name: str, kinds: Counter[str], losses: Losses
+) -> Diagnosis | None:
+    if evidence.number(name) < 0 or evidence.sensors.kinds[evidence.number(name)] != KIND_RADAR:
+        return None
+    own, others = kinds["radar"], Counter({one: kinds[one] for one in _KINDS[1:] if kinds[one]})
+    least = max(READ_MIN, _MIXED_MIN * kinds.total())
+    if own < least or others.total() < least or losses.lost["UNKNOWN_KIND"] < least:
+        return None
+    kind, count = others.most_common(1)[0]
+    return Diagnosis(
+        name,
+        "kind",
+        f"{name}: its measurements are probably those of two sensors: {count / kinds.total():.0%} "
+        f"are of kind {kind} and rejected, the others of kind radar; give those of kind {kind} the "
+        "sensor_id of their own sensor",
     )
 
 

@@ -10,6 +10,7 @@ from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import first_and_last, listed
 from multiradar_schemas.documents.names import PER_SECOND
 
+TIMES_APART = "times_apart"
 #: Times below this are times of day without a date, s.
 DATELESS_MAX_S = 10.0 * 86_400.0
 #: Sources separated by more than the data clock may jump have no common time, s.
@@ -18,6 +19,8 @@ GAP_MIN_S = 600.0
 ZONE_WITHIN_S = 120.0
 #: Tolerance of a jump by whole days: time without measurements about it, s.
 DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
+#: Times of day are recorded until and from midnight, s.
+MIDNIGHT_WITHIN_S = 60.0
 #: Unix times in seconds stay below this for 3000 years: gaps of larger times have no unit.
 _UNIX_MAX_S = 1e11
 #: Other gaps of a recording are reported from this on, s: some airports close for the night.
@@ -34,12 +37,53 @@ def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
     groups = _groups(sources)
     if len(groups) < 2:
         return []
-    most = max(groups, key=lambda names: (len(names), sum(sources[one].read for one in names)))
+    most = max(
+        groups,
+        key=lambda names: (
+            len(names), _are_unix(sources, names), sum(sources[one].read for one in names),
+        ),
+    )  # fmt: skip
     rest = first_and_last(sources, most)
+    alike = [
+        names
+        for names in groups
+        if len(names) == len(most) and _are_unix(sources, names) == _are_unix(sources, most)
+    ]
+    if len(alike) == 2 == len(groups):
+        return [_times_of_either(sources, *alike)]
     return [
         _times_differ(name, first_and_last(sources, [name]), rest)
         for name in sorted(one for names in groups if names is not most for one in names)
     ]
+
+
+# Whether times are seconds since 1970: those without a date or in another unit are wrong.
+def _are_unix(sources: Mapping[str, Source], names: Sequence[str]) -> bool:
+    return DATELESS_MAX_S <= first_and_last(sources, names)[0] < _UNIX_MAX_S
+
+
+# Two groups of as many sources do not show which one is wrong.
+def _times_of_either(
+    sources: Mapping[str, Source], first: Sequence[str], later: Sequence[str]
+) -> Diagnosis:
+    spans = [first_and_last(sources, names) for names in (first, later)]
+    apart_s = spans[1][0] - spans[0][0]
+    hours = round(apart_s / 3600.0)
+    by = "from another day or time zone"
+    if abs(apart_s - 3600.0 * hours) <= ZONE_WITHIN_S:
+        days = hours // 24 if hours % 24 == 0 else 0
+        by = f"{f'{days} d' if days else f'{hours} h'} off"
+    them = " and ".join(listed(sorted(names)) for names in (first, later))
+    from_to = ", ".join(
+        f"{listed(sorted(names))} from {utc(start)} to {utc(end)}"
+        for names, (start, end) in zip((first, later), spans, strict=True)
+    )
+    return Diagnosis(
+        "",
+        TIMES_APART,
+        f"{them} have no time in common, and there is no other sensor to decide which is wrong: "
+        f"the clock of one is probably {by} ({from_to}); correct its times, or exclude the sensor",
+    )
 
 
 def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
@@ -51,6 +95,9 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
     }
     if not jumped:
         return []
+    wrapped = sorted(name for name, one in jumped.items() if _wraps(one))
+    if wrapped:
+        return [_wrap(name) for name in ([""] if len(wrapped) == len(sources) else wrapped)]
     of_all = len(jumped) == len(sources)
     names = [""] if of_all else sorted(jumped)
     positions = all(_kind(one) in ("adsb", "mlat") for one in sources.values() if one.read)
@@ -58,6 +105,24 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
         _jump(name, jumped[name] if name else _longest(jumped), positions=positions)
         for name in names
     ]
+
+
+# Whether times of day begin again at midnight.
+def _wraps(source: Source) -> bool:
+    to_s = source.gap_from_s + source.gap_s
+    return 0.0 <= source.first_s < MIDNIGHT_WITHIN_S and (
+        source.gap_from_s < to_s <= source.last_s < DAY_S < source.last_s + MIDNIGHT_WITHIN_S
+    )
+
+
+def _wrap(name: str) -> Diagnosis:
+    return Diagnosis(
+        name,
+        "times_jump",
+        f"{f'{name}: its' if name else 'the'} times probably start again from 0 at midnight: they "
+        "are times of day without a date, before and after midnight; add the date, or 86 400 s to "
+        "the times after midnight",
+    )
 
 
 def _longest(sources: Mapping[str, Source]) -> Source:
@@ -244,7 +309,7 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         remedy = "use the same time format for all sensors"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude the sensor"
-    return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")
+    return Diagnosis(name, TIMES_APART, f"{name}: {cause}: {spans}; {remedy}")
 
 
 def _unit(ratio: float) -> str:

@@ -104,6 +104,17 @@ def test_a_disabled_sensor_has_no_losses() -> None:
     assert diagnose(evidence) == []
 
 
+@pytest.mark.parametrize(("every", "known"), [(2, True), (20, True), (10_000, False)])
+def test_reports_under_the_name_of_a_radar_are_named(every: int, *, known: bool) -> None:
+    reports = pl.int_range(pl.len()) % every == 0
+    one = recording().changed("1-10", kind=pl.when(reports).then(pl.lit("adsb")).otherwise("kind"))
+    evidence = evidence_of(one)
+    own = one.frame.filter(sensor_id="1-10", kind="adsb").height
+    evidence.reject("1-10", "UNKNOWN_KIND", own)
+    found = [(said.sensor_id, said.code) for said in diagnose(evidence)]
+    assert found == ([("1-10", "kind")] if known else [])
+
+
 @pytest.mark.parametrize(
     ("kind", "remedy"),
     [

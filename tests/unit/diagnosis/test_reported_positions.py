@@ -69,3 +69,30 @@ def test_an_accuracy_far_above_the_scatter_is_reported(
 ) -> None:
     one = with_reports(recording(positions=True)).configured("adsb", position_sigma_m=sigma_m)
     assert one.codes() == codes
+
+
+@pytest.mark.parametrize("column", ["latitude_deg", "longitude_deg"])
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_coordinate_of_the_row_before_is_named(column: str, *, alone: bool) -> None:
+    one = with_reports(recording(positions=True))
+    one = one.only("adsb") if alone else one
+    other = pl.col(column).shift(1).over("sensor_id").fill_null(strategy="backward")
+    (found,) = one.changed("adsb", **{column: other}).diagnosed()
+    assert (found.sensor_id, found.code) == ("adsb", "other_rows")
+    assert f"its {column} probably belongs to other rows: with that of the row after" in (
+        found.sentence
+    )
+
+
+@pytest.mark.parametrize("column", ["latitude_deg", "longitude_deg"])
+def test_a_coordinate_of_the_report_before_of_each_aircraft_is_named(column: str) -> None:
+    one = with_reports(recording(positions=True))
+    earlier = pl.col(column).shift(1).over("sensor_id", "track_number", order_by="time_s")
+    frame = one.changed("adsb", **{column: earlier}).frame.filter(
+        (pl.col("sensor_id") != "adsb") | pl.col(column).is_not_null()
+    )
+    (found,) = Recording(frame, one.sensors).diagnosed()
+    assert (found.sensor_id, found.code) == ("adsb", "other_rows")
+    assert f"its {column} probably belongs to other rows: it is that of the aircraft " in (
+        found.sentence
+    )

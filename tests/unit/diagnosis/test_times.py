@@ -32,6 +32,42 @@ def test_times_in_another_unit_have_no_gaps_in_hours(start_s: float, found: int)
     assert len(check_gaps({"a": source(start_s, start_s + 2e5, gap_s=1e5)})) == found
 
 
+@pytest.mark.parametrize(("apart_s", "words"), [
+    (86_400.0, "probably 1 d off"), (-7200.0, "probably 2 h off"), (5000.0, "another day or time"),
+])  # fmt: skip
+def test_two_sensors_without_a_common_time_do_not_show_which_is_wrong(
+    apart_s: float, words: str
+) -> None:
+    whole = source(START_S, START_S + 600.0)
+    other = source(START_S + apart_s, START_S + apart_s + 600.0)
+    (found,) = check_times({"1-10": whole, "adsb": other})
+    assert (found.sensor_id, found.code) == ("", "times_apart")
+    assert words in found.sentence
+    assert "no other sensor to decide" in found.sentence
+    (third,) = check_times({"1-10": whole, "adsb": other, "2-10": whole})
+    assert third.sensor_id == "adsb"
+
+
+@pytest.mark.parametrize("read", [50, 5000])
+def test_of_two_sensors_the_one_without_dates_is_wrong(read: int) -> None:
+    of_day = source(28_800.0, 29_400.0)
+    of_day.read = read
+    (found,) = check_times({"1-10": source(START_S, START_S + 600.0), "2-10": of_day})
+    assert found.sensor_id == "2-10"
+    assert "lack the date" in found.sentence
+
+
+@pytest.mark.parametrize("names", [("1-10",), ("1-10", "2-10")])
+def test_times_of_day_that_start_again_at_midnight_are_named(names: tuple[str, ...]) -> None:
+    sources = {name: source(86_000.0, 87_000.0) for name in ("1-10", "2-10")}
+    for name in names:
+        sources[name] = source(1.0, 86_398.0, gap_s=85_400.0)
+        sources[name].gap_from_s = 600.0
+    (found,) = check_gaps(sources)
+    assert (found.sensor_id, found.code) == ("" if len(names) > 1 else "1-10", "times_jump")
+    assert "times probably start again from 0 at midnight" in found.sentence
+
+
 def timed(
     kind: str, first_s: float, last_s: float, *, gap_s: float = 5.0, aircraft: int = 9
 ) -> Source:

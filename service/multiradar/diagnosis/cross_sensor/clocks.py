@@ -1,10 +1,12 @@
 """Clock errors of sensors: their diagnoses, and those of reported positions from each path."""
 
+from collections.abc import Collection
+
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.effects import effects_at
-from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
+from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named, common_key
 from multiradar.diagnosis.cross_sensor.registration import PRIOR, Registration
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations
 from multiradar.diagnosis.model import Diagnosis
@@ -21,6 +23,12 @@ _SPEED_MIN_MPS = 60.0
 #: Positions are this far from the path of their aircraft at most, m, and the time offsets of half
 #: of them this close to their median, s and as a fraction of it.
 _ACROSS_M, _ALIKE_S, _ALIKE = 3000.0, 1.5, 0.1
+#: A coordinate is late alone if the other is by at most this fraction of its time; the path then is
+#: late by half of it. The fraction of the distances that may remain.
+_COMPONENT_MAX, _COMPONENT_LATE, _COMPONENT_REST = 0.25, 0.5, 0.5
+#: Offset by the places on paths: fraction of the plots that are on them, and of those the fraction
+#: with one offset within a scan, s.
+_ON_PATH_MIN, _MOST, _WITHIN_S = 0.4, 0.6, 15.0
 #: One time for each scan: so many plots at each time on average, and times this far apart, s.
 _PLOTS_OF_SCAN, _SCAN_MIN_S = 3, 2.0
 
@@ -71,6 +79,51 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
     return float(np.median(_late_s(apart_m - offsets_m, flown_mps)))
 
 
+def late_on_paths(comparison: Comparison, number: int, others: Collection[int]) -> float:
+    """Return the time offset of a sensor by the places on the paths of its aircraft, s, or 0.
+
+    However large it is: the paths by others tell when each aircraft was at the place of a plot.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    number : int
+        The sensor.
+    others : collection of int
+        The sensors to compare with.
+    """
+    plots = comparison.tested(number)
+    asked = [one for one in others if one != number and one in comparison.numbers]
+    key = common_key(plots, [comparison.plots(one) for one in asked])
+    if key is None:
+        return 0.0
+    where, names = comparison.tested_positions(number), plots.keys[:, key]
+    late_s, named = [], 0
+    for one in asked:
+        paths = comparison.paths_by(one, key)
+        for name in np.unique(names[names >= 0]).tolist():
+            on_path = np.flatnonzero(paths.name == name)
+            rows = np.flatnonzero(names == name)
+            named += len(rows) if len(on_path) > 1 else 0
+            if len(on_path) < 2:
+                continue
+            apart_m = np.linalg.norm(where[rows, None] - paths.position_m[on_path][None], axis=2)
+            nearest = apart_m.argmin(axis=1)
+            # A place at the end of a path may be beyond it.
+            inside = (nearest > 0) & (nearest < len(on_path) - 1)
+            good = inside & (apart_m.min(axis=1) <= _ACROSS_M)
+            late_s.append((plots.time_s[rows] - paths.time_s[on_path[nearest]])[good])
+    found = np.sort(np.concatenate(late_s)) if late_s else np.empty(0)
+    if len(found) < max(TESTED_MIN, _ON_PATH_MIN * named):
+        return 0.0
+    # The offset is that of most places; an aircraft may pass one twice.
+    until = np.searchsorted(found, found + _WITHIN_S)
+    first = int((until - np.arange(len(found))).argmax())
+    alike = found[first : until[first]]
+    return float(np.median(alike)) if len(alike) >= _MOST * len(found) else 0.0
+
+
 # Claimed minus true time of each position, from the distance along its track.
 def _late_s(apart_m: Floats, flown_mps: Floats) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -80,16 +133,21 @@ def _late_s(apart_m: Floats, flown_mps: Floats) -> Floats:
 
 # Effect of the offsets of the radars on each difference: 0.2° are seconds along a track.
 def _offsets_m(comparison: Comparison, pairs: Pairs, apart_m: Floats, flown_mps: Floats) -> Floats:
+    columns = np.concatenate([_of_radars(comparison, pairs), -flown_mps[:, :, None]], axis=2)
+    fit = Equations(apart_m, columns).fit(range(columns.shape[2]))
+    return np.asarray(columns[:, :, :-1] @ fit.solution[:-1])
+
+
+# Columns of the offsets in range and azimuth of each radar.
+def _of_radars(comparison: Comparison, pairs: Pairs) -> Floats:
     height_m = ecef_to_geodetic(pairs.position_m)[2]
     radars = [one for one in np.unique(pairs.source).tolist() if comparison.is_radar(one)]
-    columns = np.zeros((pairs.size, 2, 2 * len(radars) + 1))
-    columns[:, :, -1] = -flown_mps
+    columns = np.zeros((pairs.size, 2, 2 * len(radars)))
     for column, radar in enumerate(radars):
         rows = np.flatnonzero(pairs.source == radar)
         seen = effects_at(comparison.site(radar), pairs.position_m[rows], height_m[rows])
         columns[rows, :, 2 * column : 2 * column + 2] = -seen.offsets * PRIOR
-    fit = Equations(apart_m, columns).fit(range(columns.shape[2]))
-    return np.asarray(columns[:, :, :-1] @ fit.solution[:-1])
+    return columns
 
 
 def check_late_positions(
@@ -98,9 +156,52 @@ def check_late_positions(
     """Diagnose a clock of reported positions; arguments as of `late_positions`."""
     # By the names of aircraft: with tracks the nearest one would hide a clock error.
     late_s = late_positions(comparison, number, pairs)
+    # Offsets of radars, which the time along the path does not contain, displace coordinates, too.
+    is_late = not abs(late_s) < _COMPONENT_LATE * LATE_MIN_S
+    of_one = _late_component(comparison, number, pairs) if is_late else None
+    if of_one is not None:
+        column, by_s = of_one
+        return Diagnosis(
+            name,
+            "other_rows",
+            f"{name}: its {column} probably belongs to other rows: it is that of the aircraft "
+            f"{abs(by_s):.1f} s {'earlier' if by_s > 0.0 else 'later'}, unlike the other "
+            "coordinate; check how the columns were joined",
+        )
     if not abs(late_s) >= LATE_MIN_S:
         return None
     return _of_clock(name, late_s, "set bias.time_offset_s in the sensors file")
+
+
+# The coordinate that alone is late, and by how much, s; None where both are, or neither.
+def _late_component(comparison: Comparison, number: int, pairs: Pairs) -> tuple[str, float] | None:
+    pairs = pairs.select(pairs.source != RECORDING)
+    if not pairs.size or not are_named(pairs):
+        return None
+    latitude, longitude, _ = ecef_to_geodetic(pairs.position_m)
+    rotation = enu_rotation(latitude, longitude)
+    own_m = comparison.tested_positions(number)[pairs.plot]
+    apart_m = np.einsum("kij,kj->ki", rotation, own_m - pairs.position_m)[:, :2]
+    flown_mps = np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2]
+    fast = np.linalg.norm(flown_mps, axis=1) >= _SPEED_MIN_MPS
+    fast &= np.linalg.norm(apart_m, axis=1) <= _ACROSS_M
+    if np.count_nonzero(fast) < max(TESTED_MIN, 0.5 * pairs.size):
+        return None
+    pairs, apart_m, flown_mps = pairs.select(fast), apart_m[fast], flown_mps[fast]
+    columns = np.zeros((pairs.size, 2, 2))
+    columns[:, 0, 0], columns[:, 1, 1] = -flown_mps[:, 0], -flown_mps[:, 1]
+    columns = np.concatenate([_of_radars(comparison, pairs), columns], axis=2)
+    solution = Equations(apart_m, columns).fit(range(columns.shape[2])).solution
+    east_s, north_s = solution[-2:].tolist()
+    rest_m = np.linalg.norm(apart_m - columns @ solution, axis=1)
+    if np.median(rest_m) > _COMPONENT_REST * np.median(np.linalg.norm(apart_m, axis=1)):
+        return None
+    for column, this_s, other_s in (
+        ("longitude_deg", east_s, north_s), ("latitude_deg", north_s, east_s),
+    ):  # fmt: skip
+        if abs(this_s) >= LATE_MIN_S and abs(other_s) <= _COMPONENT_MAX * abs(this_s):
+            return column, this_s
+    return None
 
 
 def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:

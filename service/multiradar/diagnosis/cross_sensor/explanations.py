@@ -13,7 +13,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
     position_agreement,
     seen_from,
 )
-from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, late_positions
+from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, late_on_paths, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
@@ -323,7 +323,11 @@ def _position_hypotheses(
 
 
 def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Hypotheses:
-    late_s = _along(comparison, number, trusted) or _nearest_clock(comparison, number, trusted)
+    late_s = (
+        _along(comparison, number, trusted, 0.0)
+        or _along(comparison, number, trusted, late_on_paths(comparison, number, trusted))
+        or _nearest_clock(comparison, number, trusted)
+    )
     if abs(late_s) >= LATE_MIN_S:
         pairs = _timed(comparison, number, trusted, late_s)
         yield _seconds(late_s), comparison.agreement(number, pairs)
@@ -337,9 +341,9 @@ def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _H
                 yield _clock(late_s), comparison.agreement(number, timed)
 
 
-# The clock error, s, by the places along the paths of the aircraft; 0 where unknown.
-def _along(comparison: Comparison, number: int, trusted: Collection[int]) -> float:
-    late_s = 0.0
+# The clock error, s, by the places along the paths of the aircraft, from one about right; 0 where
+# unknown.
+def _along(comparison: Comparison, number: int, trusted: Collection[int], late_s: float) -> float:
     for _ in range(_CLOCK_STEPS):
         # Aircraft turn: the nearer the positions by others, the better the time.
         step_s = late_positions(comparison, number, _timed(comparison, number, trusted, late_s))
@@ -384,9 +388,10 @@ def _clock(late_s: float) -> Callable[[Agreement, float], Explanation]:
 
 def _seconds(late_s: float) -> Callable[[Agreement, float], Explanation]:
     sense = "ahead" if late_s > 0.0 else "behind"
+    minutes = f" ({abs(late_s) / 60.0:.1f} min)" if abs(late_s) >= 300.0 else ""
     return _by_words(
         "clock",
-        f"its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}",
+        f"its clock is probably {abs(late_s):.1f} s {sense}{minutes}{gps_time(late_s)}",
         f"{'later' if late_s < 0.0 else 'earlier'} times for its plots",
         "correct its times, or set bias.time_offset_s in the sensors file",
     )

@@ -5,6 +5,7 @@ near the place where it was, the times have jumped.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,12 +30,19 @@ _FLOWN_MAX = 0.1
 #: Time in which a speed is measured, s, and slower aircraft, m/s.
 _SPEED_S, _SPEED_MIN_MPS = 8.0, 40.0
 _HOUR_S, _WITHIN_S = 3600.0, 60.0
+#: Time between the plots of an aircraft on both sides of a jump, s.
+_JOINT_S = 15.0
 TIMES_JUMP = "times_jump"
 
 
 class _Gap(NamedTuple):
     from_s: float
     to_s: float
+
+
+#: A gap; the time for which aircraft have flown in it, s; NaN. Where the times go back: a gap, the
+#: time from which on aircraft fly on, s, and the time at which they are before it, s.
+_Jump = tuple[_Gap, float, float]
 
 
 def check_pauses(sources: Mapping[str, Source]) -> list[Diagnosis]:
@@ -55,8 +63,8 @@ def check_pauses(sources: Mapping[str, Source]) -> list[Diagnosis]:
 
 
 # Whether the others pause at the jumps of some, and have no aircraft to show it.
-def _are_all(timed: Mapping[str, Source], jumped: Mapping[str, list[tuple[_Gap, float]]]) -> bool:
-    gaps = [gap for jumps in jumped.values() for gap, _ in jumps]
+def _are_all(timed: Mapping[str, Source], jumped: Mapping[str, list[_Jump]]) -> bool:
+    gaps = [gap for jumps in jumped.values() for gap, _, _ in jumps]
     return all(
         name in jumped
         or any(
@@ -67,22 +75,18 @@ def _are_all(timed: Mapping[str, Source], jumped: Mapping[str, list[tuple[_Gap, 
 
 
 def _of_jumps(
-    jumped: Mapping[str, list[tuple[_Gap, float]]], *, of_all: bool
+    jumped: Mapping[str, list[_Jump]], *, of_all: bool
 ) -> list[Diagnosis]:  # fmt: skip
     if of_all:
-        longest = max(jumped.values(), key=len)
+        longest = max(jumped.values(), key=lambda one: (len(one), bool(np.isfinite(one[0][2]))))
         return [_jump("", *one) for one in longest]
     return [_jump(name, *one) for name, jumps in jumped.items() for one in jumps[:1]]
 
 
-def _jump(name: str, gap: _Gap, flown_s: float) -> Diagnosis:
-    later_s = gap.to_s - gap.from_s - flown_s
-    hours = round(later_s / _HOUR_S)
-    by = f"{later_s:.0f} s"
-    why = "a clock that was set, or wrong times in a part of the recording"
-    if hours and abs(later_s - hours * _HOUR_S) <= _WITHIN_S:
-        by = f"{hours} h"
-        why = "local times at a change of daylight saving time?"
+def _jump(name: str, gap: _Gap, flown_s: float, back_from_s: float) -> Diagnosis:
+    if np.isfinite(back_from_s):
+        return _jump_back(name, gap, back_from_s, flown_s)
+    by, why = _amount(gap.to_s - gap.from_s - flown_s)
     return Diagnosis(
         name,
         TIMES_JUMP,
@@ -93,12 +97,32 @@ def _jump(name: str, gap: _Gap, flown_s: float) -> Diagnosis:
     )
 
 
+# Amount and cause of a jump of the times.
+def _amount(later_s: float) -> tuple[str, str]:
+    hours = round(later_s / _HOUR_S)
+    if hours and abs(later_s - hours * _HOUR_S) <= _WITHIN_S:
+        return f"{hours} h", "local times at a change of daylight saving time?"
+    return f"{later_s:.0f} s", "a clock that was set, or wrong times in a part of the recording"
+
+
+def _jump_back(name: str, gap: _Gap, from_s: float, to_s: float) -> Diagnosis:
+    by, why = _amount(from_s - to_s)
+    return Diagnosis(
+        name,
+        TIMES_JUMP,
+        f"{f'{name}: its' if name else 'the'} times probably go back by {by}, from {utc(from_s)} "
+        f"to {utc(to_s)}: aircraft fly on from the end of the part from {utc(gap.to_s)} to the "
+        f"start of that until {utc(gap.from_s)} ({why}); convert the times to UTC, or correct "
+        "those after the jump",
+    )
+
+
 def _gaps(source: Source) -> list[_Gap]:
     return [_Gap(from_s, from_s + length_s) for from_s, length_s in sorted(source.gaps.items())]
 
 
 # Gaps after which aircraft are where they were, with the time for which they have flown, s.
-def _jumps(source: Source) -> list[tuple[_Gap, float]]:
+def _jumps(source: Source) -> list[_Jump]:
     gaps = [one for one in _gaps(source) if one.to_s - one.from_s >= PAUSE_MIN_S]
     if not gaps:
         return []
@@ -109,9 +133,28 @@ def _jumps(source: Source) -> list[tuple[_Gap, float]]:
         if len(flown_s) < _SAME_AIRCRAFT_MIN:
             continue
         middle_s = float(np.median(flown_s))
-        if middle_s <= _FLOWN_MAX * (gap.to_s - gap.from_s):
-            found.append((gap, middle_s))
+        back = _back(plots, gap)
+        if back is not None:
+            found.append((gap, *back))
+        elif middle_s <= _FLOWN_MAX * (gap.to_s - gap.from_s):
+            found.append((gap, middle_s, np.nan))
     return found
+
+
+# The first time before a gap and the last one after it, where aircraft fly on from the last to the
+# first: the clock was set back, and the rows were sorted.
+def _back(plots: Plots, gap: _Gap) -> tuple[float, float] | None:
+    first_s, last_s = float(plots.time_s[0]), float(plots.time_s[-1])
+    earlier = plots.time_s <= gap.from_s
+    turned = np.where(earlier, plots.time_s + last_s - first_s, plots.time_s)
+    order = np.argsort(turned, kind="stable")
+    joined = replace(plots.select(order), time_s=turned[order])
+    # Those of the last and the first scan.
+    flown_s = _flown_s(joined, _Gap(last_s - _JOINT_S, last_s))
+    flown_s = [one for one in flown_s if np.isfinite(one)]
+    if len(flown_s) < _SAME_AIRCRAFT_MIN or not float(np.median(flown_s)) <= 3.0 * _JOINT_S:
+        return None
+    return first_s, last_s
 
 
 # How long aircraft must have flown to be where they are after a gap, s, for each that is known.

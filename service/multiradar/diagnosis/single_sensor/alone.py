@@ -26,7 +26,7 @@ from multiradar.diagnosis.single_sensor.height_units import (
     check_filled_heights,
     check_height_unit,
 )
-from multiradar.diagnosis.single_sensor.jumps import check_jumps
+from multiradar.diagnosis.single_sensor.jumps import check_jumps, check_shifted
 from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
 
 
@@ -53,6 +53,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         sigma_m = float(evidence.sensors.position_sigma_m[number])
         return first_of(
             check_identities(name, plots, None),
+            check_shifted(name, plots),
             check_filled_heights(name, plots, None),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
             _of_rates(name, plots, None),

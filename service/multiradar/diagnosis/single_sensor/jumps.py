@@ -1,6 +1,7 @@
 """Identities whose successive plots are too far apart to be of one aircraft."""
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +27,8 @@ JUMPS_MIN, JUMPING_MIN, JUMPING_PLOTS_MIN = 0.03, 0.5, 10
 #: Reflections come from farther away than the aircraft: fraction of single plots off the path that
 #: do, and their number, at least. Of plots of other aircraft half do; of 30 % reflections 86 %.
 FARTHER_MIN, FARTHER_PLOTS_MIN = 0.75, 20
+#: Of the steps that jump, the fraction that still do with the column of the right row.
+_SHIFTED_MAX = 0.25
 #: Single plots off the path that are compared with the paths of others, and their distance from
 #: them, m: that of noise and of turns between two plots.
 SINGLE_TESTED_MAX, ON_PATH_M = 300, 1500.0
@@ -113,6 +116,51 @@ def _steps(names: Integers, time_s: Floats, where: Floats, rows: int) -> tuple[B
     near = (names[rows:] == names[:-rows]) & (apart_s <= STEP_MAX_S)
     apart_m = np.linalg.norm(where[rows:] - where[:-rows], axis=1)
     return near, apart_m > STEP_M + STEP_MPS * apart_s
+
+
+def check_shifted(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose reported positions with a latitude or longitude of another row.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its plots, by time.
+    """
+    names = plots.keys[:, :2].max(axis=1)
+    jumps = _share_of_jumps(plots, names)
+    if not jumps >= JUMPS_MIN:
+        return None
+    for column in ("latitude_deg", "longitude_deg"):
+        for rows in (1, -1, 2, -2, 3, -3):
+            north, east = plots.latitude_deg, plots.longitude_deg
+            if column == "latitude_deg":
+                north = np.roll(north, -rows)
+            else:
+                east = np.roll(east, -rows)
+            moved = replace(plots, latitude_deg=north, longitude_deg=east)
+            if _share_of_jumps(moved, names) < _SHIFTED_MAX * jumps:
+                where = "after" if rows > 0 else "before"
+                of = f"the row {where}" if abs(rows) == 1 else f"{abs(rows)} rows {where}"
+                return Diagnosis(
+                    name,
+                    "other_rows",
+                    f"{name}: its {column} probably belongs to other rows: with that of {of}, "
+                    f"aircraft fly on steadily ({jumps:.0%} of their steps are too long as "
+                    "recorded); check how the columns were joined",
+                )
+    return None
+
+
+def _share_of_jumps(plots: Plots, names: Integers) -> float:
+    rows = np.lexsort((plots.time_s, names))
+    rows = rows[names[rows] >= 0]
+    own = plots.select(rows)
+    near, apart = _steps(names[rows], own.time_s, positions(own, None), 1)
+    if np.count_nonzero(near) < STEPS_MIN:
+        return 0.0
+    return float(np.count_nonzero(near & apart) / np.count_nonzero(near))
 
 
 # Fraction of the steps that jump to or from the path of another aircraft. A single plot that is on

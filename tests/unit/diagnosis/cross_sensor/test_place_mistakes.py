@@ -9,13 +9,21 @@ NAME = "1-10"
 TIME = pl.col("time_s")
 
 
-@pytest.mark.parametrize("late_s", [10.0, 18.0, -60.0, 120.0])
+@pytest.mark.parametrize("late_s", [10.0, 18.0, -60.0, 120.0, 420.0, -560.0])
 def test_a_clock_of_seconds_to_minutes_is_named_alone(late_s: float) -> None:
     (found,) = recording().changed(NAME, time_s=TIME + late_s).diagnosed()
     assert (found.sensor_id, found.code, found.severity) == (NAME, "clock", "error")
     assert ("ahead" if late_s > 0.0 else "behind") in found.sentence
     said = float(found.sentence.partition("its clock is probably ")[2].partition(" s ")[0])
     assert said == pytest.approx(abs(late_s), abs=3.0)
+
+
+def test_a_clock_of_minutes_of_one_of_two_radars_is_named_with_both() -> None:
+    two = recording().only(NAME, "2-10")
+    (found,) = two.changed(NAME, time_s=TIME + 500.0).diagnosed()
+    assert found.code == "clock"
+    assert "there is no third sensor to decide which is wrong" in found.sentence
+    assert " s ahead (8.3 min)" in found.sentence
 
 
 @pytest.mark.parametrize("north_m", [100.0, -150.0])

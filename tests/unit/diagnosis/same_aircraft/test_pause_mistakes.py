@@ -82,3 +82,15 @@ def test_few_aircraft_that_leave_are_no_missing_part(
     )
     found = [(one.code, one.severity) for one in pauses(replace(one, frame=frame))]
     assert found == ([("pause", "warning")] if known else [])
+
+
+# Local times at the end of daylight saving time: the rows are sorted by them.
+@pytest.mark.parametrize("names", [(), (NAME,)])
+def test_times_that_go_back_by_an_hour_are_named(names: tuple[str, ...]) -> None:
+    one = recording()
+    earlier = TIME - pl.when(FROM_S < TIME).then(3600.0).otherwise(0.0)
+    changed = one.changed(*(names or ("1-10", "2-10", "3-10")), time_s=earlier)
+    (found,) = pauses(replace(changed, frame=changed.frame.sort("time_s")))
+    assert (found.sensor_id, found.code) == ("".join(names), "times_jump")
+    assert "times probably go back by 1 h, from 2018-08-01 08:01:" in found.sentence
+    assert "change of daylight saving time" in found.sentence
