@@ -55,12 +55,15 @@ from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
+from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
 from multiradar.diagnosis.single_sensor.height_units import check_height_unit
 from multiradar.diagnosis.single_sensor.jumps import check_jumps
+from multiradar.diagnosis.single_sensor.steps import check_rounded, check_wrapped
 from multiradar.diagnosis.times import check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.sensors.sensor import Sensor
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
@@ -77,6 +80,8 @@ _AZIMUTH_REASON = re.compile(r"azimuth: expected 0 to 360 °, was '(-?\d+\.?\d*)
 #: Plots of a source of which this fraction are equal to others come from a file that was copied.
 COPIES_MIN = 1.0 / 3.0
 _MEASURED = ("time_s", "range_m", "azimuth_deg")
+#: Of reported positions, where it is not configured, m.
+_POSITION_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -148,7 +153,11 @@ def check_reported(name: str, reports: Plots) -> list[Diagnosis]:
     reports : Plots
         Its reports.
     """
-    found = check_identities(name, reports, None) or check_reports(name, reports)
+    found = (
+        check_identities(name, reports, None)
+        or check_rounded(name, reports, {"latitude_deg": _POSITION_SIGMA_M}, configured=False)
+        or check_reports(name, reports)
+    )
     return [] if found is None else [found]
 
 
@@ -335,6 +344,8 @@ def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
     found = (
         check_exchanged_columns(name, plots)
         or check_azimuth_unit(name, plots)
+        or check_azimuth_form(name, plots, np.nan)
+        or check_wrapped(name, plots)
         or _against_positions(name, plots, largest_deg)
     )
     somewhere = (0.0, 0.0, _SITE_HEIGHT_M)

@@ -20,7 +20,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
 from multiradar_schemas.documents.names import shown
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, POSITION_SIGMA
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 #: Plots that are retained of a source, and of tracks; sources beside the configured sensors.
@@ -189,6 +189,8 @@ class Evidence:
         self.displaced: dict[str, float] = {}
         #: Last estimate of each bias and its standard deviation, by sensor and parameter.
         self.biases: dict[tuple[int, int], tuple[float, float]] = {}
+        #: Sensors whose reports contain the accuracy of their positions.
+        self.with_accuracy: set[str] = set()
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
@@ -247,6 +249,10 @@ class Evidence:
         if len(frame):
             self._gathered.append(frame.select(one for one in _RECORDED if one in frame.columns))
             self._gathered_rows += len(frame)
+            if POSITION_SIGMA in frame.columns and frame[POSITION_SIGMA].count():
+                known = frame.filter(pl.col(POSITION_SIGMA).is_not_null())["sensor_id"]
+                names = known.drop_nulls().unique().to_list()
+                self.with_accuracy.update(self._names.get(one, one) for one in names)
         if self._gathered_rows >= GATHERED_MAX or len(self._gathered) >= PARTS_MAX:
             self._sort_gathered()
 

@@ -8,6 +8,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.plots import NORMAL_SPREAD, Booleans, Floats, Integers, Plots
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 
 #: Ratio of measured to configured noise above which a sigma is too small, and its inverse below
 #: which it is too large: the estimate adapts slowly downwards, and 1/100 reads as 1/10 at first.
@@ -26,6 +27,9 @@ _NOISE_OF_OTHERS = 0.5
 SCATTER_FACTOR, _APART_FACTOR, _APART_MAX_S, _SCATTER_MIN = 8.0, 1.5, 15.0, 200
 #: Of three successive plots of noise alone 73 % have deviations to opposite sides: turns have less.
 _OPPOSITE_MIN = 0.6
+#: Aircraft have moved by more than this in two intervals, in sigmas. The scatter across the path is
+#: less than the error of positions, so that this ratio to the sigma is sure.
+_FLOWN_SIGMAS, _POSITION_WARNING = 10.0, 2.5
 #: The settings of noise.
 SIGMAS, _UNITS = ("range_sigma_m", "azimuth_sigma_deg"), (" m", "°")
 
@@ -132,6 +136,87 @@ def check_scatter(
 def _turns(apart: Floats, follows: Booleans) -> bool:
     opposite = (apart[1:] * apart[:-1] < 0.0)[follows]
     return len(opposite) > 0 and float(np.mean(opposite)) < _OPPOSITE_MIN
+
+
+def check_position_scatter(
+    name: str, plots: Plots, aircraft: Integers, sigma_m: float
+) -> Diagnosis | None:
+    """Diagnose a position_sigma_m far below the scatter of positions across the path of aircraft.
+
+    Errors along the path may be those of times, and slow errors do not show.
+
+    Parameters
+    ----------
+    name : str
+        A sensor that reports positions.
+    plots : Plots
+        Its reports.
+    aircraft : (n,) int64
+        Aircraft of each; −1 where unknown.
+    sigma_m : float
+        The configured standard deviation, m.
+    """
+    scatter = path_scatter(plots, aircraft, _FLOWN_SIGMAS * sigma_m)
+    if scatter is None or scatter.across_m < _POSITION_WARNING * sigma_m:
+        return None
+    severity: Severity = "error" if scatter.across_m >= NOISE_FACTOR * sigma_m else "warning"
+    amount = two_digits(scatter.across_m)
+    words = f"its positions scatter by {amount} m across the path of their aircraft"
+    wrong = _WrongSigma("position_sigma_m", "small", sigma_m, words, severity)
+    return _of_sigmas(name, [wrong])
+
+
+class PathScatter(NamedTuple):
+    """Standard deviation of positions about the line between the ones before and after, m."""
+
+    along_m: float
+    across_m: float
+
+
+def path_scatter(plots: Plots, aircraft: Integers, flown_min_m: float) -> PathScatter | None:
+    """Return how reported positions scatter about the path of their aircraft.
+
+    Parameters
+    ----------
+    plots : Plots
+        Reports.
+    aircraft : (n,) int64
+        Aircraft of each; −1 where unknown.
+    flown_min_m : float
+        Aircraft that moved by less in two intervals show no direction.
+
+    Returns
+    -------
+    PathScatter or None
+        None where there are too few.
+    """
+    known = (aircraft >= 0) & np.isfinite(plots.latitude_deg) & np.isfinite(plots.longitude_deg)
+    order = np.lexsort((plots.time_s, aircraft))
+    order = order[known[order]]
+    time_s, of = plots.time_s[order], aircraft[order]
+    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
+    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
+    chosen = (of[2:] == of[:-2]) & (shorter > 0.0) & (longer <= _APART_FACTOR * shorter)
+    middle = np.flatnonzero(chosen & (longer <= _APART_MAX_S)) + 1
+    if len(middle) < _SCATTER_MIN:
+        return None
+    latitude = np.radians(plots.latitude_deg[order])
+    longitude = np.unwrap(np.radians(plots.longitude_deg[order]))
+    east = EARTH_RADIUS_M * longitude * np.cos(np.median(latitude))
+    place = np.column_stack([east, EARTH_RADIUS_M * latitude])
+    weight = (before_s / (before_s + after_s))[middle - 1]
+    flown = place[middle + 1] - place[middle - 1]
+    length = np.linalg.norm(flown, axis=1)
+    apart = place[middle] - place[middle - 1] - weight[:, None] * flown
+    moving = length > flown_min_m
+    if np.count_nonzero(moving) < _SCATTER_MIN:
+        return None
+    along = np.sum(apart * flown, axis=1)[moving] / length[moving]
+    across = (apart[:, 0] * flown[:, 1] - apart[:, 1] * flown[:, 0])[moving] / length[moving]
+    of_three = np.sqrt(1.0 + weight**2 + (1.0 - weight) ** 2)[moving]
+    return PathScatter(
+        *(NORMAL_SPREAD * float(np.median(np.abs(one) / of_three)) for one in (along, across))
+    )
 
 
 def check_position_spread(

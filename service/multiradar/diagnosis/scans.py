@@ -51,7 +51,7 @@ def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
     time_s, azimuth_rad : (n,) float64
         Plots of a radar by time.
     """
-    windows = _windows(time_s, azimuth_rad)
+    windows = windows_of(time_s, azimuth_rad)
     if not windows:
         return NOT_SEEN
     step = 1.0 / (_STEPS * WINDOW_S)
@@ -94,7 +94,7 @@ def two_rotations(time_s: Floats, azimuth_rad: Floats) -> tuple[Rotation, Rotati
 
 def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:
     """Return the highest coherence of azimuth and time within 3 % of a period, s."""
-    windows = _windows(time_s, azimuth_rad)
+    windows = windows_of(time_s, azimuth_rad)
     if not windows:
         return 0.0
     return float(coherences(windows, np.linspace(0.97, 1.03, 61) / period_s).max())
@@ -115,7 +115,8 @@ def coherences(windows: list[tuple[Floats, Floats]], frequency: Floats) -> Float
     return total / len(windows)
 
 
-def _windows(time_s: Floats, azimuth_rad: Floats) -> list[tuple[Floats, Floats]]:
+def windows_of(time_s: Floats, azimuth_rad: Floats) -> list[tuple[Floats, Floats]]:
+    """Return the times, from its first one, and azimuths of some windows of a recording."""
     if len(time_s) == 0:
         return []
     number = np.floor((time_s - time_s[0]) / WINDOW_S)

@@ -85,6 +85,13 @@ AZIMUTH_UNITS = (
     _azimuth_unit("counts of 4096 per revolution", np.pi / 2048.0),
     _azimuth_unit("counts of 65 536 per revolution", np.pi / 32_768.0),
 )
+HALVED_AZIMUTHS = Reading(
+    "azimuth_factor",
+    lambda ranges, azimuths: (ranges, 2.0 * np.radians(azimuths)),
+    "its azimuths are probably half the true ones",
+    "twice those azimuths",
+    "multiply them by 2",
+)
 EXCHANGED = Reading(
     "columns_exchanged",
     lambda ranges, azimuths: (azimuths, np.radians(ranges)),

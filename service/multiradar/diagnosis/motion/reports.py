@@ -14,7 +14,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 from multiradar.diagnosis.losses import LOST_MAX, SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.height_steps import HIGHEST_M, are_in
-from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
+from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates, pairs_apart
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
 from multiradar_schemas.measurements.units import FOOT_M
 
@@ -36,6 +36,11 @@ _LOW_AIRCRAFT_MIN = 5
 #: Jets cruise above this, m, at about one speed in all directions, with wind: the 16th and 84th
 #: percentile of its logarithm are 0.1 to 0.25 apart. Latitudes for longitudes stretch a direction.
 _CRUISE_M, _CRUISING_MIN, _SPREAD_MIN, _SPREAD_RATIO = 7500.0, 10, 0.2, 2.0
+#: Least half logarithm of the ratio of speeds on two courses, in itself, in standard deviations and
+#: over that with the columns swapped; time between two positions, s; variance of the cosine of
+#: twice the course of an aircraft that turns, and number of such aircraft.
+_STRETCH_MIN, _STRETCH_SIGMAS, _STRETCH_RATIO = 0.08, 5.0, 3.0
+_LEG_S, _TURNING_MIN, _TURNING_AIRCRAFT_MIN = 15.0, 0.1, 5
 _TIME_UNITS = {"minutes": 60.0, "hours": 3600.0, "days": 86_400.0}
 
 
@@ -81,7 +86,25 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         or _of_radians(name, plots.height_m[first], flown_m / apart_s)
         or _of_heights(name, plots, flown_m / apart_s)
         or _of_exchanged(name, plots, first, last)
+        or _of_courses(name, plots)
     )
+
+
+def check_minutes(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose positions in degrees and minutes, written as one number.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its reports.
+    """
+    first, last = _steps(plots)
+    where = reported(plots)
+    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
+    apart_s = np.maximum(plots.time_s[last] - plots.time_s[first], _STEP_S)
+    return _of_minutes(name, plots, first, last, flown_m / apart_s > _JUMP_MPS)
 
 
 # One latitude or longitude of several aircraft.
@@ -231,6 +254,61 @@ def _of_exchanged(name: str, plots: Plots, first: Integers, last: Integers) -> D
         f"{_CRUISE_M:.0f} m differ by {spread:.0%} between directions, and by {exchanged:.0%} if "
         "they are swapped; swap the columns",
     )
+
+
+# Speeds that change with the course of each aircraft as those of a stretched map do: a wind changes
+# them once in a circle, a stretch twice.
+def _of_courses(name: str, plots: Plots) -> Diagnosis | None:
+    high = plots.select(plots.height_m > _CRUISE_M)
+    other = replace(high, latitude_deg=high.longitude_deg, longitude_deg=high.latitude_deg)
+    found, exchanged = _stretch(high), _stretch(other)
+    if found is None or exchanged is None:
+        return None
+    (stretch, sigma), (then, _) = found, exchanged
+    if abs(stretch) < max(_STRETCH_MIN, _STRETCH_SIGMAS * sigma, _STRETCH_RATIO * abs(then)):
+        return None
+    return Diagnosis(
+        name,
+        "columns_exchanged",
+        f"{name}: latitude and longitude are probably swapped: the speeds of its aircraft above "
+        f"{_CRUISE_M:.0f} m change by {abs(np.expm1(2.0 * stretch)):.0%} between northward and "
+        f"eastward courses, and by {abs(np.expm1(2.0 * then)):.0%} if they are swapped; swap the "
+        "columns",
+    )
+
+
+# Half the logarithm of the ratio of speeds on northward and eastward courses of the same aircraft,
+# with its standard deviation; None where too few aircraft turn.
+def _stretch(plots: Plots) -> tuple[float, float] | None:
+    first, last = pairs_apart(plots.time_s, _names(plots), _LEG_S, 2.0 * _LEG_S)
+    known = _names(plots)[first] >= 0
+    first, last = first[known], last[known]
+    latitude = np.radians(plots.latitude_deg)
+    north = latitude[last] - latitude[first]
+    east = np.radians(plots.longitude_deg[last] - plots.longitude_deg[first])
+    east = east * np.cos(0.5 * (latitude[last] + latitude[first]))
+    speed = np.hypot(north, east) / (plots.time_s[last] - plots.time_s[first])
+    flying = np.isfinite(speed) & (speed > 0.0)
+    _, of = np.unique(_names(plots)[first][flying], return_inverse=True)
+    course = np.arctan2(east, north)[flying]
+    waves = [np.cos(2.0 * course), np.cos(course), np.sin(course), np.sin(2.0 * course)]
+    columns = np.column_stack([*waves, np.log(speed[flying])])
+    counts = np.maximum(np.bincount(of), 1)
+    means = np.column_stack([np.bincount(of, one) / counts for one in columns.T])
+    within = columns - means[of]
+    # Aircraft that turn: their courses spread.
+    turning = np.bincount(of, within[:, 0] ** 2) / counts > _TURNING_MIN
+    if np.count_nonzero(turning) < _TURNING_AIRCRAFT_MIN:
+        return None
+    rows = within[turning[of]]
+    solution, *_ = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)
+    # Of the aircraft, whose legs are not independent.
+    each = [
+        float(own[:, 0] @ (own[:, -1] - own[:, 1:-1] @ solution[1:]) / (own[:, 0] @ own[:, 0]))
+        for one in np.flatnonzero(turning)
+        for own in [within[of == one]]
+    ]
+    return float(solution[0]), float(np.std(each) / np.sqrt(len(each)))
 
 
 # Between the 16th and 84th percentile of the logarithm of the median speeds of aircraft.

@@ -26,6 +26,11 @@ JUMPING_MANY = 0.2
 CLIMBING_MIN, CLIMBING_SHARE_MIN = 3, 0.15
 #: Usual climbs after conversion, m/s: feet explain no faster ones.
 USUAL_MPS = 8.0
+#: Heights scatter if this fraction is off the line between the heights before and after by more
+#: than the first, m, and an acceleration, m/s²; longest time to the next height, s; least number,
+#: also of aircraft. Of right heights, up to 4 % are (garbled codes).
+SCATTER_MIN, SCATTER_M, SCATTER_MPS2, SCATTER_MAX_S = 0.25, 150.0, 2.0, 15.0
+SCATTER_HEIGHTS_MIN, SCATTER_AIRCRAFT_MIN = 100, 3
 
 
 def check_vertical_rates(
@@ -80,6 +85,51 @@ def check_vertical_rates(
         f"{median_mps:.0f} m/s ({median_mps * FOOT_M:.0f} m/s if the heights are in feet){steps}; "
         "convert them to metres",
         severity,
+    )
+
+
+def check_height_scatter(
+    name: str, time_s: Floats, height_m: Floats, aircraft: Integers, *, coded: bool
+) -> Diagnosis | None:
+    """Diagnose heights of which no aircraft is capable in their succession.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    time_s, height_m : (n,) float64
+        Times and heights; NaN where missing.
+    aircraft : (n,) int64
+        Aircraft of each; −1 where unknown.
+    coded : bool
+        Whether transponders report them; measured ones scatter.
+    """
+    known = np.isfinite(height_m) & (aircraft >= 0)
+    order = np.lexsort((time_s[known], aircraft[known]))
+    time_s, height_m = time_s[known][order], height_m[known][order]
+    of = aircraft[known][order]
+    before_s, after_s = time_s[1:-1] - time_s[:-2], time_s[2:] - time_s[1:-1]
+    chosen = (of[2:] == of[:-2]) & (np.minimum(before_s, after_s) >= JUMP_MIN_S)
+    chosen &= np.maximum(before_s, after_s) <= SCATTER_MAX_S
+    if np.count_nonzero(chosen) < SCATTER_HEIGHTS_MIN:
+        return None
+    weight = (after_s / np.maximum(before_s + after_s, JUMP_MIN_S))[chosen]
+    line_m = weight * height_m[:-2][chosen] + (1.0 - weight) * height_m[2:][chosen]
+    off_m = np.abs(height_m[1:-1][chosen] - line_m)
+    limit_m = SCATTER_M + 0.5 * SCATTER_MPS2 * (before_s * after_s)[chosen]
+    off, middle = off_m > limit_m, of[1:-1][chosen]
+    aircraft_off = len(np.unique(middle[off]))
+    if np.mean(off) < SCATTER_MIN or aircraft_off < max(
+        SCATTER_AIRCRAFT_MIN, 0.5 * len(np.unique(middle))
+    ):
+        return None
+    return Diagnosis(
+        name,
+        "height_scatter",
+        f"{name}: its heights (height_m) are probably not those of its aircraft: "
+        f"{np.mean(off):.0%} of them are off the line between the heights before and after, by a "
+        f"median of {np.median(off_m[off]):.0f} m; check how the column was decoded or joined",
+        "error" if coded else "warning",
     )
 
 

@@ -1,5 +1,7 @@
 """Checks of a sensor that need no other."""
 
+import numpy as np
+
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
 from multiradar.diagnosis.cross_sensor.comparison import (
@@ -14,10 +16,13 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
-from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
+from multiradar.diagnosis.motion.reports import check_minutes
+from multiradar.diagnosis.motion.vertical_rates import check_height_scatter, check_vertical_rates
 from multiradar.diagnosis.plots import Plots, Site
+from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import (
     check_constant,
+    check_report_times,
     check_signed,
     check_time_resolution,
     check_time_unit,
@@ -27,7 +32,7 @@ from multiradar.diagnosis.single_sensor.height_units import (
     check_height_unit,
 )
 from multiradar.diagnosis.single_sensor.jumps import check_jumps, check_shifted
-from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
+from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded, check_wrapped
 
 
 def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
@@ -55,17 +60,24 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
             check_identities(name, plots, None),
             check_shifted(name, plots),
             check_filled_heights(name, plots, None),
+            check_minutes(name, plots),
+            check_report_times(name, plots, aircraft_of(plots)),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
+            None
+            if name in evidence.with_accuracy
+            else noise.check_position_scatter(name, plots, aircraft_of(plots), sigma_m),
             _of_rates(name, plots, None),
         )
     sigmas = noise.sigmas(evidence, name)
     period_s = float(evidence.sensors.rotation_period_s[number])
     return first_of(
-        check_limits(name, plots) or check_constant(name, plots),
+        check_limits(name, plots) or check_wrapped(name, plots) or check_constant(name, plots),
         # Speeds and times between plots of an aircraft rely on its identity.
         check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),
-        check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_exchanged_columns(name, plots)
+        or check_azimuth_unit(name, plots)
+        or check_azimuth_form(name, plots, period_s),
         check_two_radars(name, plots),
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
@@ -80,4 +92,6 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
 def _of_rates(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
     if check_jumps(name, plots, site) is not None:
         return None
-    return check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))
+    heights = plots.time_s, plots.height_m, aircraft_of(plots)
+    coded = bool(np.mean(plots.keys[:, 1:].max(axis=1, initial=-1) >= 0) >= 0.5)
+    return check_vertical_rates(name, *heights) or check_height_scatter(name, *heights, coded=coded)

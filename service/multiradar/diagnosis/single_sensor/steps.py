@@ -24,9 +24,16 @@ _DEGREE_M = EARTH_RADIUS_M * float(np.radians(1.0))
 #: The largest value is a limit if this fraction of the plots has it, so many times more than each
 #: other value, in directions, degrees, that one transponder at a fixed place does not have.
 _LIMIT_MIN, _LIMIT_RATIO, _LIMIT_DIRECTIONS_DEG = 0.02, 8.0, 5.0
+#: Ranges start again from 0 where aircraft jump from one end of them to the other, which are so far
+#: away, m and m/s: number of jumps and of aircraft, at least, and fraction of the long jumps.
+_END_M, _END_MPS, _WRAPS_MIN, _WRAPPED_AIRCRAFT_MIN, _WRAPS_SHARE = 2000.0, 500.0, 5, 3, 0.9
+#: Longest time between two plots of a jump, s.
+_WRAP_MAX_S = 30.0
 
 
-def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagnosis | None:
+def check_rounded(
+    name: str, plots: Plots, sigmas: Mapping[str, float], *, configured: bool = True
+) -> Diagnosis | None:
     """Diagnose values rounded so much that this is their largest error.
 
     Parameters
@@ -36,11 +43,13 @@ def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagn
     plots : Plots
         Its plots.
     sigmas : mapping
-        Configured standard deviation by column: `range_m` and `latitude_deg`, m, `azimuth_deg`,
-        degrees.
+        Standard deviation by column: `range_m` and `latitude_deg`, m, `azimuth_deg`, degrees.
+    configured : bool
+        Whether it is that of the sensors file; else that of sensors of its kind.
     """
     if plots.size < _PLOTS_MIN:
         return None
+    of = "in the sensors file" if configured else "of such reports"
     for column, sigma in sigmas.items():
         values: Floats = getattr(plots, column)
         known = np.unique(values[np.isfinite(values)])
@@ -58,8 +67,8 @@ def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagn
             name,
             "resolution",
             f"{name}: its {column} is probably rounded: all values are multiples of {length}, "
-            f"which adds an error of {two_digits(error)}{unit} (1 sigma), but the sigma in the "
-            f"sensors file is {sigma:g}{unit}; write the values as measured",
+            f"which adds an error of {two_digits(error)}{unit} (1 sigma), but the sigma {of} is "
+            f"{sigma:g}{unit}; write the values as measured",
         )
     return None
 
@@ -129,4 +138,39 @@ def check_limits(name: str, plots: Plots) -> Diagnosis | None:
         f"{name}: its ranges are probably limited to {ranges.max():g} m: {count / len(ranges):.0%} "
         "of its plots have this range, in several directions, and none is farther away (too few "
         "bits in a recorder?); write the ranges as measured, or remove these plots",
+    )
+
+
+def check_wrapped(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose ranges that start again from 0 beyond some range, as counters of few bits do.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    """
+    aircraft = aircraft_of(plots)
+    order = np.lexsort((plots.time_s, aircraft))
+    order = order[(aircraft[order] >= 0) & np.isfinite(plots.range_m[order])]
+    if len(order) < TESTED_MIN:
+        return None
+    of, time_s, ranges = aircraft[order], plots.time_s[order], plots.range_m[order]
+    apart_s, end_m = np.diff(time_s), float(ranges.max())
+    long_ = (of[1:] == of[:-1]) & (apart_s <= _WRAP_MAX_S) & (np.abs(np.diff(ranges)) > end_m / 2.0)
+    near_m = _END_M + _END_MPS * apart_s
+    low, high = np.minimum(ranges[1:], ranges[:-1]), np.maximum(ranges[1:], ranges[:-1])
+    wraps = long_ & (low <= near_m) & (high >= end_m - near_m) & (near_m < end_m / 3.0)
+    count = np.count_nonzero(wraps)
+    if count < max(_WRAPS_MIN, _WRAPS_SHARE * np.count_nonzero(long_)):
+        return None
+    if len(np.unique(of[1:][wraps])) < _WRAPPED_AIRCRAFT_MIN:
+        return None
+    return Diagnosis(
+        name,
+        "range_wrapped",
+        f"{name}: its ranges probably start again from 0 beyond {end_m:.0f} m (too few bits in a "
+        f"recorder?): {count} times, the range of an aircraft jumps from one end to the other, and "
+        "none is farther away; write the ranges as measured",
     )
