@@ -60,6 +60,36 @@ def poorly_matched(
     return found
 
 
+def wide_gate(reference: Reference, settings: EvaluationSettings) -> list[str]:
+    """Return a warning where the gate is wider than aircraft are apart: any track matches one.
+
+    Parameters
+    ----------
+    reference : Reference
+        The reference.
+    settings : EvaluationSettings
+        The gate; the default one is not too wide.
+    """
+    if settings.gate_m <= EvaluationSettings().gate_m:
+        return []
+    # Of the aircraft that are known at one time.
+    middle_s = float(np.median(reference.time_s))
+    near = np.abs(reference.time_s - middle_s) <= reference.gap_s
+    _, first = np.unique(reference.aircraft[near], return_index=True)
+    place = reference.position_m[near][first]
+    if len(place) < 2:
+        return []
+    apart_m = np.linalg.norm(place[:, None] - place[None], axis=2)
+    np.fill_diagonal(apart_m, np.inf)
+    nearest_m = float(np.median(apart_m.min(axis=1)))
+    if settings.gate_m <= nearest_m:
+        return []
+    return [
+        f"gate {settings.gate_m:.0f} m: half of the aircraft are within {nearest_m:.0f} m of "
+        "another one, so that tracks of other aircraft are accepted as matches; reduce the gate"
+    ]
+
+
 def clock_offset(tracks: Tracks, errors: UpdateErrors) -> list[str]:
     """Return a warning where the tracks are ahead of the reference, or behind it, in time.
 

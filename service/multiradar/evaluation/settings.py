@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 from multiradar.errors import ConfigurationError
+from multiradar_schemas.bounds import ROTATION_PERIOD_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,3 +77,7 @@ class EvaluationSettings:
                 expected = "above 0" if bound is None else f"of at least {bound:g}"
                 msg = f"{one.name}: expected a number {expected}, was {value:g}"
                 raise ConfigurationError(msg)
+        period_s = self.scan_period_s
+        if period_s is not None and period_s > ROTATION_PERIOD_S.most:
+            msg = f"scan_period_s: expected at most {ROTATION_PERIOD_S.most:g} s, was {period_s:g}"
+            raise ConfigurationError(msg)

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from multiradar.evaluation.measures.update_errors import UpdateErrors, errors_of_updates
-from multiradar.evaluation.reference_checks import clock_offset, height_unit, shared_sensors
+from multiradar.evaluation.reference_checks import (
+    clock_offset,
+    height_unit,
+    shared_sensors,
+    wide_gate,
+)
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Tracks
 from support.scenarios.skies import reference_of, straight, tracks_of
@@ -75,3 +80,25 @@ def test_tracks_that_used_the_reference_are_named() -> None:
     (sentence,) = shared_sensors(tracks, ("adsb", "radar"))
     assert sentence.startswith("100% of the updates are from radar, which is also the reference")
     assert shared_sensors(tracks, ("adsb",)) == []
+
+
+def test_a_gate_wider_than_aircraft_are_apart_is_named() -> None:
+    paths = {
+        str(number): straight(TIMES_S.tolist(), 0.0, 20e3 * number, 200.0, 0.0)
+        for number in range(5)
+    }
+    reference = reference_of(paths)
+    (sentence,) = wide_gate(reference, EvaluationSettings(gate_m=200e3))
+    assert sentence.startswith("gate 200000 m: half of the aircraft are within 20000 m of another")
+    for gate_m in (1000.0, 2000.0, 15e3):
+        assert wide_gate(reference, EvaluationSettings(gate_m=gate_m)) == []
+    one = reference_of({"a": paths["0"]})
+    assert wide_gate(one, EvaluationSettings(gate_m=200e3)) == []
+
+
+def test_the_default_gate_is_right_for_close_aircraft() -> None:
+    near = {
+        str(number): straight(TIMES_S.tolist(), 0.0, 900.0 * number, 200.0, 0.0)
+        for number in range(3)
+    }
+    assert wide_gate(reference_of(near), EvaluationSettings()) == []

@@ -185,6 +185,7 @@ def compared(
         poorly_matched,
         rejected_rows,
         shared_sensors,
+        wide_gate,
     )
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
     from multiradar.toolbox.evaluation.inputs import radar_plots
@@ -200,7 +201,9 @@ def compared(
     sensors = sensors_file(tracks, chosen.sensors)
     known = chosen.read(tracks, sensors, settings)
     counts = known.reference.counts
-    for sentence in rejected_rows(counts) + mostly_uncovered(counts):
+    _check_step(known, settings)
+    early = rejected_rows(counts) + mostly_uncovered(counts)
+    for sentence in early + wide_gate(known.reference, settings):
         warn(sentence, DataWarning)
     evaluated = read_tracks(tracks, known, settings)
     listed = () if sensors is None else read_sensors(sensors).sensor
@@ -237,3 +240,14 @@ def compared(
     if chosen.measurements is not None:
         what["measurements"] = str(chosen.measurements)
     return card, {"reference": what, **figures_of(card)}, findings
+
+
+def _check_step(known: "Known", settings: "EvaluationSettings") -> None:
+    times_s = known.reference.time_s
+    whole_s = float(times_s.max() - times_s.min()) if len(times_s) else settings.step_s
+    if settings.step_s > max(whole_s, type(settings)().step_s):
+        msg = (
+            f"step {settings.step_s:g} s: longer than the reference, {whole_s:.0f} s, so that "
+            "tracks and aircraft are compared at one instant at most; reduce the step"
+        )
+        raise InputError(msg)

@@ -351,3 +351,23 @@ def test_a_reference_of_another_area_or_time_is_reported(
         "of the reference lies outside the time span of the tracks: tracks 0"
         in capsys.readouterr().err
     )
+
+
+@pytest.mark.parametrize(
+    ("option", "status", "words"),
+    [
+        ("--step=5000", 1, "step 5000 s: longer than the reference"),
+        ("--scan-period=4000", 2, "--scan-period: expected at most 3600 s, was 4000"),
+        ("--gate=900000", 0, "gate 900000 m: half of the aircraft are within"),
+    ],
+)
+def test_options_beyond_the_reference_are_reported(
+    scene: Path,
+    capsys: pytest.CaptureFixture[str],
+    option: str,
+    status: int,
+    words: str,
+) -> None:
+    arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
+    assert run([*arguments, option]) == status
+    assert words in " ".join(capsys.readouterr().err.split())
