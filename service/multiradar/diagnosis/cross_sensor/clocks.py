@@ -82,7 +82,7 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
 def late_on_paths(comparison: Comparison, number: int, others: Collection[int]) -> float:
     """Return the time offset of a sensor by the places on the paths of its aircraft, s, or 0.
 
-    However large it is: the paths by others tell when each aircraft was at the place of a plot.
+    However large it is: the paths by others show when each aircraft was at the place of a plot.
 
     Parameters
     ----------
