@@ -22,7 +22,6 @@ from multiradar.diagnosis.plots import Plots, Site
 from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import (
     check_constant,
-    check_report_times,
     check_signed,
     check_time_resolution,
     check_time_unit,
@@ -61,7 +60,6 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
             check_shifted(name, plots),
             check_filled_heights(name, plots, None),
             check_minutes(name, plots),
-            check_report_times(name, plots, aircraft_of(plots)),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
             None
             if name in evidence.with_accuracy

@@ -11,8 +11,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.losses import SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted, listed
-from multiradar.diagnosis.noise import path_scatter
-from multiradar.diagnosis.plots import CONSPICUITY, Floats, Integers, Plots
+from multiradar.diagnosis.plots import CONSPICUITY, Floats, Plots
 from multiradar_schemas.documents.names import PER_SECOND
 
 #: Times in the unit, per second, and its name.
@@ -25,9 +24,6 @@ SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 _RATIO_WITHIN = 0.05
 #: Resolutions of times that are too coarse, s, and plots that show one.
 _RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
-#: Scatter along the path over that across it, and the least one, m, that shows coarse times, of
-#: aircraft that move by so many metres in two intervals.
-_ALONG_MIN, _ALONG_MIN_M, _MOVED_M = 2.5, 20.0, 100.0
 #: Ratios of measured to configured scan periods within this of each other have one cause.
 _RATES_WITHIN = 0.02
 #: Speed for the effect of a coarse time, m/s.
@@ -176,37 +172,6 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
         f"{name}: its times probably lack fractions of a second: all are multiples of "
         f"{resolution_s:g} s, in which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write "
         "the times with at least two decimals",
-    )
-
-
-def check_report_times(name: str, plots: Plots, aircraft: Integers) -> Diagnosis | None:
-    """Diagnose times of reports without the fractions of a second.
-
-    Positions scatter along the paths of aircraft, and not across them.
-
-    Parameters
-    ----------
-    name : str
-        A sensor that reports positions.
-    plots : Plots
-        Its reports.
-    aircraft : (n,) int64
-        Aircraft of each; −1 where unknown.
-    """
-    coarse = [one for one in _RESOLUTIONS_S if (np.mod(plots.time_s, one) == 0.0).all()]
-    if plots.size < _RESOLUTION_PLOTS or not coarse:
-        return None
-    scatter = path_scatter(plots, aircraft, _MOVED_M)
-    if scatter is None or scatter.along_m < max(_ALONG_MIN * scatter.across_m, _ALONG_MIN_M):
-        return None
-    return Diagnosis(
-        name,
-        "time_resolution",
-        f"{name}: its times probably lack fractions of a second: all are multiples of "
-        f"{coarse[0]:g} s, and its positions scatter by {scatter.along_m:.0f} m along the path of "
-        f"their aircraft, but by {scatter.across_m:.0f} m across it; write the times with at least "
-        "two decimals",
-        "warning",
     )
 
 

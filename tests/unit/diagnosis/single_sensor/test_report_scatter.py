@@ -1,4 +1,4 @@
-"""Sigmas and times of reported positions by their scatter across and along paths."""
+"""Sigmas of reported positions by their scatter across the paths of aircraft."""
 
 from dataclasses import replace
 
@@ -7,7 +7,6 @@ import pytest
 
 from multiradar.diagnosis.noise import check_position_scatter
 from multiradar.diagnosis.plots import Plots
-from multiradar.diagnosis.single_sensor.columns import check_report_times
 
 DEGREE_M = 111_195.0
 
@@ -57,17 +56,3 @@ def test_errors_along_the_path_are_not_those_of_positions() -> None:
         plots, time_s=plots.time_s + np.random.default_rng(1).normal(0.0, 0.1, plots.size)
     )
     assert _found(late, 10.0) == ""
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_times_in_whole_seconds_are_named_where_positions_scatter_along_the_path(seed: int) -> None:
-    plots = _reports(10.0, seed=seed, interval_s=2.3)
-    whole = replace(plots, time_s=np.floor(plots.time_s))
-    assert check_report_times("adsb", plots, plots.keys[:, 1]) is None
-    found = check_report_times("adsb", whole, plots.keys[:, 1])
-    assert found is not None
-    assert (found.code, found.severity) == ("time_resolution", "warning")
-    # Positions at these times.
-    same = _reports(10.0, seed=seed)
-    at_them = replace(same, time_s=np.round(same.time_s / 1.3) * 1.0)
-    assert check_report_times("adsb", replace(at_them, time_s=same.time_s), same.keys[:, 1]) is None
