@@ -90,7 +90,8 @@ class Source:
 
     def add(self, part: pl.DataFrame) -> None:
         """Add measurements; columns `COLUMNS`."""
-        times = part.filter(pl.col("time_s").is_finite())["time_s"].to_numpy()
+        times = part["time_s"].to_numpy()
+        times = times[np.isfinite(times)]
         self.read += len(part)
         if len(times):
             self._add_gap(times)
@@ -102,7 +103,7 @@ class Source:
             return
         free = ROWS_MAX - sum(len(one) for one in self.kept)
         if free > 0:
-            self.kept.append(part.head(free))
+            self.kept.append(part if len(part) <= free else part.head(free))
 
     # Of frequent reports, those of one second in `_every`, another second for each aircraft: all
     # aircraft stay, at intervals over which other sensors are compared with them.
@@ -323,11 +324,12 @@ class Evidence:
             ),
             pl.col("sensor_id").fill_null(""),
         )
-        for (name,), part in named.partition_by("sensor_id", as_dict=True).items():
+        parts = named.partition_by("sensor_id", as_dict=True, include_key=False)
+        for (name,), part in parts.items():
             source = self._source(str(name))
             if source is None:
                 continue
-            source.add(part.drop("sensor_id"))
+            source.add(part)
             if name in self._names:
                 self.renamed[self._names[str(name)]] += len(part)
 
