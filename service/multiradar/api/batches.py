@@ -68,7 +68,7 @@ class StreamHub:
             "streams open", "TOO_MANY_STREAMS", limits.streams_max, limits.client_streams_max,
             retry_after_s=5,
         )  # fmt: skip
-        self._retained: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._retained: OrderedDict[tuple[object, ...], _Shared] = OrderedDict()
         self._lock = threading.Lock()
 
     @contextmanager
@@ -127,31 +127,34 @@ class StreamHub:
             return None
         gaps = sum(event.kind == GAP for event in polled)
         STREAM_GAPS.labels(transport=transport).inc(gaps)
-        chosen = [event for event in polled if event.kind in kinds or event.kind == GAP]
-        last = polled[-1].sequence
-        if not chosen:
-            return Batch(last, 0, b"")
-        key = (transport, kinds, polled[0].sequence, last, gaps, len(chosen))
-        return Batch(last, len(chosen), self._encoded(key, chosen, encode))
-
-    def _encoded(
-        self, key: tuple[object, ...], events: Sequence[StreamEvent], encode: Encoder
-    ) -> bytes:
+        key = (transport, kinds, polled[0].sequence, polled[-1].sequence, gaps, len(polled))
         with self._lock:
-            text = self._retained.get(key)
-        if text is None:
-            text = encode(events)
-            with self._lock:
-                self._retained[key] = text
-                while len(self._retained) > _RETAINED_BATCHES:
-                    self._retained.popitem(last=False)
-        return text
+            shared = self._retained.setdefault(key, _Shared())
+            while len(self._retained) > _RETAINED_BATCHES:
+                self._retained.popitem(last=False)
+        return shared.batch(polled, kinds, encode)
 
     async def _next_tick(self) -> None:
         # All clients wait for the same tick, so that they get the same events and share them.
         interval_s = self._limits.stream_batch_interval_s
         now_s = asyncio.get_running_loop().time()
         await asyncio.sleep((math.floor(now_s / interval_s) + 1) * interval_s - now_s)
+
+
+class _Shared:
+    # A batch of several clients; they ask for it at the same tick, and one of them encodes it.
+
+    def __init__(self) -> None:
+        self._batch: Batch | None = None
+        self._lock = threading.Lock()
+
+    def batch(self, polled: Sequence[StreamEvent], kinds: frozenset[str], encode: Encoder) -> Batch:
+        with self._lock:
+            if self._batch is None:
+                chosen = [event for event in polled if event.kind in kinds or event.kind == GAP]
+                text = encode(chosen) if chosen else b""
+                self._batch = Batch(polled[-1].sequence, len(chosen), text)
+            return self._batch
 
 
 class _Wakeup:

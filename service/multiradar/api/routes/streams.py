@@ -114,16 +114,17 @@ def chosen_kinds(text: str | None) -> frozenset[str]:
 
 def message(events: Sequence[StreamEvent]) -> bytes:
     """Return events as one WebSocket message."""
-    members = b",".join(
-        b'{"sequence":%d,"kind":"%s","key":"%s","data":%s}'
-        % (event.sequence, event.kind.encode(), event.key.encode(), event.payload)
-        for event in events
-    )
-    return b'{"type":"events","first":%d,"last":%d,"events":[%s]}' % (
+    parts: list[bytes] = []
+    for event in events:
+        head = f',{{"sequence":{event.sequence},"kind":"{event.kind}","key":"{event.key}","data":'
+        # Joined, not formatted: each payload is copied once.
+        parts += (head.encode(), event.payload, b"}")
+    parts[0] = b'{"type":"events","first":%d,"last":%d,"events":[%s' % (
         events[0].sequence,
         events[-1].sequence,
-        members,
+        parts[0].removeprefix(b","),
     )
+    return b"".join([*parts, b"]}"])
 
 
 def event_lines(events: Sequence[StreamEvent]) -> bytes:

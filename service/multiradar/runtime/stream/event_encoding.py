@@ -5,10 +5,9 @@ tracks) precedes the first later update, independently of the engine's batches. 
 the events depend only on the journal.
 """
 
-import io
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.stream.events import BIAS, ENDED, SENSOR, STATUS, TRACK, Event
+from multiradar.runtime.stream.events import BIAS, ENDED, SENSOR, STATUS, TRACK, EventTable
 from multiradar.runtime.stream.region_marks import RegionMarks, mark_texts
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
@@ -119,7 +118,7 @@ def encode_events(
     changes: NDArray[np.void],
     delay_s: float | None,
     regions: RegionMarks | None = None,
-) -> list[Event]:
+) -> EventTable:
     """Return the events of one output, or of a change of a sensor.
 
     Parameters
@@ -143,22 +142,28 @@ def encode_events(
 
     Returns
     -------
-    list of Event
+    EventTable
         One for each bias record, ended track, status mark, update and change.
     """
-    unordered = [
-        *_bias_events(output, table),
-        *_ended_events(output),
-        *_status_events(marks),
-        *_track_events(output, table, regions),
-        *_change_events(changes, table),
-    ]
-    delay = b"null" if delay_s is None else b"%.2f" % delay_s
-    end = b',"data_delay_s":%s}' % delay
-    return [
-        Event(first + k, kind, key, row.removesuffix(b"}") + end)
-        for k, (kind, key, row) in enumerate(unordered[chosen] for chosen in order.tolist())
-    ]
+    delay = "null" if delay_s is None else f"{delay_s:.2f}"
+    end = f',"data_delay_s":{delay}}}'
+    parts = (
+        _bias_events(output, table, end),
+        _ended_events(output, end),
+        _status_events(marks, end),
+        _track_events(output, table, regions, end),
+        _change_events(changes, table, end),
+    )
+    kinds = [kind for kind, keys, _ in parts for _ in keys]
+    every_key = [key for _, keys, _ in parts for key in keys]
+    payloads = [row for _, _, rows in parts for row in rows]
+    chosen = order.tolist()
+    return EventTable(
+        first,
+        [kinds[place] for place in chosen],
+        [every_key[place] for place in chosen],
+        [payloads[place] for place in chosen],
+    )
 
 
 def change_rows(change: Mapping[str, Any], table: SensorTable) -> NDArray[np.void]:
@@ -184,67 +189,81 @@ def change_rows(change: Mapping[str, Any], table: SensorTable) -> NDArray[np.voi
     )  # fmt: skip
 
 
-def json_rows(frame: pl.DataFrame) -> list[bytes]:
-    """Return each row of a frame as a JSON object; NaN and infinities become null."""
+def json_rows(frame: pl.DataFrame, ends: str | Sequence[str]) -> list[bytes]:
+    """Return each row of a frame as a JSON object; NaN and infinities become null.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The rows.
+    ends : str or sequence of str
+        What replaces the closing brace, of all rows or of each.
+    """
     if not len(frame):
         return []
     floats = cs.float()
     finite = frame.with_columns(pl.when(floats.is_finite()).then(floats).otherwise(None))
     if len(finite) <= _FEW_ROWS:
-        return [
-            json.dumps(row, separators=(",", ":"), allow_nan=False).encode()
+        each = [ends] * len(finite) if isinstance(ends, str) else ends
+        texts = [
+            json.dumps(row, separators=(",", ":"), allow_nan=False)
             for row in finite.iter_rows(named=True)
         ]
-    buffer = io.BytesIO()
-    finite.write_ndjson(buffer)
-    return buffer.getvalue().splitlines()
+        return [_ended(text, end) for text, end in zip(texts, each, strict=True)]
+    # Not as lines, which would be copied once more.
+    rows = pl.struct(pl.all()).struct.json_encode().str.strip_suffix("}")
+    whole = rows + (pl.lit(ends) if isinstance(ends, str) else pl.Series(ends))
+    return finite.select(whole.cast(pl.Binary)).to_series().to_list()
 
 
-_Parts = tuple[str, str, bytes]
+def _ended(text: str, end: str) -> bytes:
+    return f"{text[:-1]}{end}".encode()
+
+
+# Kind, keys and JSON objects.
+_Part = tuple[str, list[str], list[bytes]]
 
 
 def _track_events(
-    output: EngineOutput, table: SensorTable, regions: RegionMarks | None
-) -> list[_Parts]:
+    output: EngineOutput, table: SensorTable, regions: RegionMarks | None, end: str
+) -> _Part:
     if not len(output.updates):
-        return []
-    rows = json_rows(wire.tracks_frame(output.updates, table))
-    if regions is not None:
-        added = mark_texts(*regions)
-        rows = [b"%s%s}" % (row[:-1], more) for row, more in zip(rows, added, strict=True)]
-    tracks = output.updates.track_id.tolist()
-    return [(TRACK, str(track), row) for track, row in zip(tracks, rows, strict=True)]
+        return TRACK, [], []
+    ends = end if regions is None else [more + end for more in mark_texts(*regions)]
+    rows = json_rows(wire.tracks_frame(output.updates, table), ends)
+    return TRACK, [str(track) for track in output.updates.track_id.tolist()], rows
 
 
-def _bias_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
+def _bias_events(output: EngineOutput, table: SensorTable, end: str) -> _Part:
     if not len(output.biases):
-        return []
+        return BIAS, [], []
     frame = wire.biases_frame(output.biases, table)
-    sensors = frame["sensor_id"].to_list()
-    return [(BIAS, name, row) for name, row in zip(sensors, json_rows(frame), strict=True)]
+    return BIAS, frame["sensor_id"].to_list(), json_rows(frame, end)
 
 
-def _ended_events(output: EngineOutput) -> list[_Parts]:
+def _ended_events(output: EngineOutput, end: str) -> _Part:
     ended = output.ended
     columns = ended.track_id, ended.time_s, ended.reason, ended.into_track_id
-    events = []
+    keys, rows = [], []
     for track, time_s, reason, into in zip(*(column.tolist() for column in columns), strict=True):
-        end = {"time_s": time_s, "track_id": track, "reason": REASON_NAMES[reason]}
+        members = {"time_s": time_s, "track_id": track, "reason": REASON_NAMES[reason]}
         if into != NO_TRACK:
-            end["into_track_id"] = into
-        events.append((ENDED, str(track), json.dumps(end).encode()))
-    return events
+            members["into_track_id"] = into
+        keys.append(str(track))
+        rows.append(_ended(json.dumps(members), end))
+    return ENDED, keys, rows
 
 
-def _status_events(marks: StatusMarks) -> list[_Parts]:
-    return [
-        (STATUS, "", json.dumps({"time_s": time_s, "updates": updates}).encode())
+def _status_events(marks: StatusMarks, end: str) -> _Part:
+    rows = [
+        _ended(json.dumps({"time_s": time_s, "updates": updates}), end)
         for time_s, updates in zip(marks.time_s.tolist(), marks.updates.tolist(), strict=True)
     ]
+    return STATUS, [""] * len(rows), rows
 
 
-def _change_events(changes: NDArray[np.void], table: SensorTable) -> list[_Parts]:
-    events = []
+def _change_events(changes: NDArray[np.void], table: SensorTable, end: str) -> _Part:
+    keys, rows = [], []
     for time_s, row, sequence, fields, added, enabled, biases_reset in changes.tolist():
         change = {
             "time_s": None if math.isnan(time_s) else time_s,
@@ -255,5 +274,6 @@ def _change_events(changes: NDArray[np.void], table: SensorTable) -> list[_Parts
             "biases_reset": biases_reset,
             "journal_sequence": sequence,
         }
-        events.append((SENSOR, table.ids[row], json.dumps(change).encode()))
-    return events
+        keys.append(table.ids[row])
+        rows.append(_ended(json.dumps(change), end))
+    return SENSOR, keys, rows

@@ -8,8 +8,8 @@ import threading
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple, overload
 
 TRACK = "track"
 BIAS = "bias"
@@ -20,8 +20,7 @@ SENSOR = "sensor"
 GAP = "gap"
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(NamedTuple):
     """One event for subscribers.
 
     Attributes
@@ -46,6 +45,40 @@ class Event:
 def gap_notice(first: int, last: int) -> Event:
     """Return the notice that the events from `first` to `last` are no longer available."""
     return Event(last, GAP, "", b'{"gap":{"from":%d,"to":%d}}' % (first, last))
+
+
+class EventTable(Sequence[Event]):
+    """Events in columns: of many retained objects, each collection of garbage looks at all.
+
+    Parameters
+    ----------
+    first : int
+        Sequence number of the first event.
+    kinds, keys : list of str
+        Kind and key of each.
+    payloads : list of bytes
+        Its JSON object.
+    """
+
+    def __init__(
+        self, first: int, kinds: list[str], keys: list[str], payloads: list[bytes]
+    ) -> None:
+        self._first = first
+        self._columns = kinds, keys, payloads
+
+    def __len__(self) -> int:
+        return len(self._columns[0])
+
+    @overload
+    def __getitem__(self, place: int) -> Event: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Event]: ...
+    def __getitem__(self, place: int | slice) -> Event | list[Event]:
+        kinds, keys, payloads = self._columns
+        numbers = range(self._first, self._first + len(self))
+        if isinstance(place, slice):
+            return list(map(Event, numbers[place], kinds[place], keys[place], payloads[place]))
+        return Event(numbers[place], kinds[place], keys[place], payloads[place])
 
 
 class EventChunk:

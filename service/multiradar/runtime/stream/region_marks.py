@@ -34,7 +34,7 @@ def reference(region: str, track_id: int) -> bytes:
     return f"{region}/{track_id}".encode()
 
 
-def mark_texts(region: str, marks: NDArray[np.void]) -> Iterator[bytes]:
+def mark_texts(region: str, marks: NDArray[np.void]) -> Iterator[str]:
     """Yield the fields of each row as members of a JSON object, with a comma before them.
 
     Parameters
@@ -44,12 +44,13 @@ def mark_texts(region: str, marks: NDArray[np.void]) -> Iterator[bytes]:
     marks : (n,) ndarray of `MARK_DTYPE`
         Marks.
     """
-    name = json.dumps(region).encode()
+    name = json.dumps(region)
     for responsible, duplicate_of, continues in marks.tolist():
-        yield b',"region":%s,"responsible":%s,"duplicate_of":%s,"continues":%s' % (
-            name, b"true" if responsible else b"false", _text(duplicate_of), _text(continues),
-        )  # fmt: skip
+        yield (
+            f',"region":{name},"responsible":{"true" if responsible else "false"},'
+            f'"duplicate_of":{_text(duplicate_of)},"continues":{_text(continues)}'
+        )
 
 
-def _text(value: bytes) -> bytes:
-    return b'"%s"' % value if value else b"null"
+def _text(value: bytes) -> str:
+    return f'"{value.decode()}"' if value else "null"

@@ -1,6 +1,9 @@
-"""The places of streams."""
+"""The places of streams, and the batches that they share."""
 
+import asyncio
 import contextlib
+from collections.abc import Sequence
+from unittest import mock
 
 import pytest
 
@@ -8,8 +11,11 @@ from multiradar.access.shares import CLIENT
 from multiradar.api.batches import StreamHub
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
+from multiradar.runtime.ports import StreamEvent
+from multiradar.runtime.stream.events import Event, Subscription
 from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeView
+from support.processes.waiting import wait_until
 
 
 def test_a_stream_beyond_the_maximum_is_rejected_until_a_slot_is_free() -> None:
@@ -43,3 +49,36 @@ def test_one_client_leaves_streams_to_others() -> None:
         CLIENT.set("other")
         held.enter_context(hub.slot("sse"))
         assert rejected() == (503, "TOO_MANY_STREAMS")
+
+
+def test_clients_of_the_same_tick_share_one_encoding() -> None:
+    view = FakeView()
+    hub = StreamHub(view, Workers(2), HttpLimits())
+    polled: list[int] = []
+    encoded: list[int] = []
+    poll = Subscription.poll
+
+    def counted(subscription: Subscription, max_events: int) -> list[Event]:
+        events = poll(subscription, max_events)
+        polled.append(len(events))
+        return events
+
+    def encode(events: Sequence[StreamEvent]) -> bytes:
+        encoded.append(len(events))
+        # The other client asks for the same batch meanwhile.
+        wait_until(lambda: len(polled) == 2, "the other client")
+        return b"%d" % len(events)
+
+    async def first() -> tuple[int, bytes]:
+        batches = hub.batches("websocket", 0, frozenset({"track"}), encode)
+        async with contextlib.aclosing(batches):
+            batch = await anext(batches)
+            return batch.count, batch.text
+
+    async def of_both() -> list[tuple[int, bytes]]:
+        return list(await asyncio.gather(first(), first()))
+
+    view.add_events(3)
+    with mock.patch.object(Subscription, "poll", counted):
+        assert asyncio.run(of_both()) == [(3, b"3")] * 2
+    assert encoded == [3]
