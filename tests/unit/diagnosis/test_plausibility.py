@@ -57,6 +57,24 @@ def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
         assert words in said.sentence
 
 
+# Supersonic flights: higher than airliners, or seen up to the instrumented range and no farther.
+@pytest.mark.parametrize(
+    ("height_m", "range_max_m", "known"),
+    [
+        (9000.0, 3.0 * FARTHEST_M, True),
+        (17_000.0, 3.0 * FARTHEST_M, False),
+        (9000.0, FARTHEST_M, False),
+    ],
+)
+def test_supersonic_flights_are_no_ranges_in_feet(
+    height_m: float, range_max_m: float, *, known: bool
+) -> None:
+    found = plots(1.0, 450.0)
+    found = replace(found, height_m=np.full(found.size, height_m))
+    said = check_range_unit("1-10", found, SITE, np.zeros(found.size, np.int64), range_max_m)
+    assert (said is not None) == known
+
+
 @pytest.mark.parametrize(
     ("farthest", "unit"), [(640.0, None), (620.0, "kilometres"), (33.0, "nautical"), (31.0, None)]
 )

@@ -22,8 +22,9 @@ PERIOD_WITHIN = 0.1
 _ROTATION_WITHIN, _BETWEEN_WITHIN = 0.04, 0.07
 #: The median speed of aircraft lies in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
-#: ... or, where the ranges end at the instrumented range, up to Mach 2.
-_ENDS_WITHIN, SUPERSONIC_MPS = 0.05, 600.0
+#: ... or, where the ranges end at the instrumented range, up to Mach 2; as well where most aircraft
+#: are higher than airliners (FL430), m.
+_ENDS_WITHIN, SUPERSONIC_MPS, _AIRLINERS_MAX_M = 0.05, 600.0, 13_500.0
 #: The farthest plot of a radar is beyond this fraction of its instrumented range, and no plot is
 #: beyond the line of sight of a ground radar, m.
 FARTHEST_MIN, RANGE_END_M = 0.1, 600e3
@@ -227,7 +228,8 @@ def check_range_unit(
     farthest = float(np.max(plots.range_m, initial=0.0))
     possible = SPEED_MIN_MPS <= speed <= SPEED_MAX_MPS
     # Plots up to the instrumented range, and none beyond, are in its unit.
-    ends = abs(farthest / range_max_m - 1.0) <= _ENDS_WITHIN and speed <= SUPERSONIC_MPS
+    ends = abs(farthest / range_max_m - 1.0) <= _ENDS_WITHIN or _are_high(plots)
+    ends = ends and speed <= SUPERSONIC_MPS
     small = np.isnan(speed) and farthest > RANGES_SMALL_M
     if plots.size < TESTED_MIN or possible or ends or small:
         return None
@@ -244,6 +246,11 @@ def check_range_unit(
     if not fitting:
         return None
     return _of_range(name, fitting, speed, farthest, known_end=bool(np.isfinite(range_max_m)))
+
+
+def _are_high(plots: Plots) -> bool:
+    heights = plots.height_m[np.isfinite(plots.height_m)]
+    return len(heights) > 0 and float(np.median(heights)) > _AIRLINERS_MAX_M
 
 
 def _of_range(

@@ -13,12 +13,18 @@ from multiradar_schemas.measurements.units import FOOT_M
 HIGHEST_M = 23_000.0
 #: Steps of transponders, ft, fraction of heights that are multiples, and how exactly.
 STEP_FT, STEPPED_MIN, STEP_WITHIN = 25.0, 0.9, 0.02
-STEP_M = STEP_FT * FOOT_M
+STEP_M, FLIGHT_LEVEL_M = STEP_FT * FOOT_M, 100.0 * FOOT_M
 #: Different heights that show a step, and a unit in which heights are whole numbers: those of a few
 #: level flights may be so in metres.
 _DIFFERENT_MIN, _WHOLE_MIN = 3, 10
 #: Rounding error of whole numbers.
 _ROUNDING = 0.501
+
+
+def are_stepped(height: Floats, step: float) -> bool:
+    """Return whether most values are multiples of a step."""
+    off = np.abs((height / step + 0.5) % 1.0 - 0.5)
+    return bool(np.mean(off <= STEP_WITHIN) >= STEPPED_MIN)
 
 
 def are_in(height: Floats, metres: float) -> bool:

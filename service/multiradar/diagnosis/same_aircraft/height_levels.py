@@ -15,6 +15,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import heights_differ
 from multiradar.diagnosis.model import Diagnosis, Severity
+from multiradar.diagnosis.motion.height_steps import FLIGHT_LEVEL_M, are_stepped
 from multiradar.diagnosis.motion.vertical_rates import pairs_apart
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Floats, Plots, positions
@@ -187,13 +188,19 @@ def _of_all(
     else:
         asked = [
             _is_one_height(comparison.plots(one), _known(comparison.plots(one).height_m),
-                           _AIRCRAFT_ALONE_MIN) and not _are_on_ground(comparison, one)
+                           _AIRCRAFT_ALONE_MIN)
+            and not _are_on_ground(comparison, one) and not _is_level(values_m[one])
             for one in constant
         ]  # fmt: skip
         if not all(asked):
             return []
         why = "aircraft rarely fly at one height without any change"
     return [_placeholder(names[one], values_m[one], why, severity) for one in constant]
+
+
+# Whether aircraft may all fly at a height: a flight level, as few placeholders are.
+def _is_level(height_m: float) -> bool:
+    return height_m > 0.0 and are_stepped(np.array([height_m]), FLIGHT_LEVEL_M)
 
 
 # Whether most aircraft and vehicles taxi: they have one height.

@@ -14,7 +14,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     median_speed,
 )
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.diagnosis.motion.height_steps import HIGHEST_M, are_in
+from multiradar.diagnosis.motion.height_steps import FLIGHT_LEVEL_M, HIGHEST_M, are_in
 from multiradar.diagnosis.motion.vertical_rates import pairs_apart
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, Site, positions
 from multiradar.geodesy.geodesic import EARTH_RADIUS_M
@@ -24,7 +24,6 @@ from multiradar_schemas.measurements.units import FOOT_M
 _RADIO_RADIUS_M = EARTH_RADIUS_M * 4.0 / 3.0
 #: Fraction of plots that must be impossible in one unit and possible in the other.
 MOST = 0.5
-FLIGHT_LEVEL_M = 30.48
 _LARGE_UNITS = {
     "units of 25 ft": FLIGHT_LEVEL_M / 4.0, "flight levels": FLIGHT_LEVEL_M,
     "tens of metres": 10.0, "hundreds of metres": 100.0, "kilometres": 1e3,

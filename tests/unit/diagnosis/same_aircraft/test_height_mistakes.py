@@ -41,6 +41,10 @@ def test_one_height_of_a_radar_without_others_may_be_a_placeholder(
     }
 
 
+def test_one_flight_level_of_a_radar_alone_is_no_placeholder() -> None:
+    assert recording().only(NAME).changed(NAME, height_m=placeholder(10_668.0)).codes() == []
+
+
 def test_one_height_of_traffic_on_the_ground_is_no_placeholder() -> None:
     one = with_reports(recording(positions=True)).only("adsb")
     where = {name: pl.col(name) / 50.0 for name in ("latitude_deg", "longitude_deg")}
