@@ -53,7 +53,7 @@ def main() -> int:
     parser.add_argument("--plots", type=int, default=25_000, help="additional plots per second")
     parser.add_argument("--aircraft", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=60.0, help="duration of the storm")
-    parser.add_argument("--quiet-seconds", type=float, default=20.0, help="before and after it")
+    parser.add_argument("--margin-seconds", type=float, default=20.0, help="before and after it")
     options = parser.parse_args()
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -65,7 +65,7 @@ def main() -> int:
         reader = context.Process(target=_subscriber, args=(sky.url, theirs))
         reader.start()
         ours.recv()
-        edges_s = np.cumsum([options.quiet_seconds, options.seconds, options.quiet_seconds])
+        edges_s = np.cumsum([options.margin_seconds, options.seconds, options.margin_seconds])
         begin_s = CLOCK.monotonic_s()
         data_s = _fed(sky, storm, edges_s.tolist(), begin_s)
         status = _settled(sky.url)
@@ -105,7 +105,7 @@ class _Storm:
         self.rejected: Counter[str] = Counter()
 
     def send(self, from_s: float, to_s: float) -> None:
-        """Send those of an interval of data time, unless told to wait."""
+        """Send those of an interval of data time, unless it must wait."""
         count = round(self._rate * (to_s - from_s))
         if CLOCK.monotonic_s() < self._waits_until_s:
             self.unsent += count

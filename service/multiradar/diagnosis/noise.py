@@ -156,40 +156,18 @@ def check_position_scatter(
     sigma_m : float
         The configured standard deviation, m.
     """
-    scatter = path_scatter(plots, aircraft, _FLOWN_SIGMAS * sigma_m)
-    if scatter is None or scatter.across_m < _POSITION_WARNING * sigma_m:
+    scatter_m = _scatter_across(plots, aircraft, _FLOWN_SIGMAS * sigma_m)
+    if not scatter_m >= _POSITION_WARNING * sigma_m:
         return None
-    severity: Severity = "error" if scatter.across_m >= NOISE_FACTOR * sigma_m else "warning"
-    amount = two_digits(scatter.across_m)
-    words = f"its positions scatter by {amount} m across the path of their aircraft"
+    severity: Severity = "error" if scatter_m >= NOISE_FACTOR * sigma_m else "warning"
+    words = f"its positions scatter by {two_digits(scatter_m)} m across the path of their aircraft"
     wrong = _WrongSigma("position_sigma_m", "small", sigma_m, words, severity)
     return _of_sigmas(name, [wrong])
 
 
-class PathScatter(NamedTuple):
-    """Standard deviation of positions about the line between the ones before and after, m."""
-
-    along_m: float
-    across_m: float
-
-
-def path_scatter(plots: Plots, aircraft: Integers, flown_min_m: float) -> PathScatter | None:
-    """Return how reported positions scatter about the path of their aircraft.
-
-    Parameters
-    ----------
-    plots : Plots
-        Reports.
-    aircraft : (n,) int64
-        Aircraft of each; −1 where unknown.
-    flown_min_m : float
-        Aircraft that moved by less in two intervals show no direction.
-
-    Returns
-    -------
-    PathScatter or None
-        None where there are too few.
-    """
+# Standard deviation of positions about the line between those before and after, m; NaN where there
+# are too few, or where aircraft turn.
+def _scatter_across(plots: Plots, aircraft: Integers, flown_min_m: float) -> float:
     known = (aircraft >= 0) & np.isfinite(plots.latitude_deg) & np.isfinite(plots.longitude_deg)
     order = np.lexsort((plots.time_s, aircraft))
     order = order[known[order]]
@@ -198,25 +176,23 @@ def path_scatter(plots: Plots, aircraft: Integers, flown_min_m: float) -> PathSc
     shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
     chosen = (of[2:] == of[:-2]) & (shorter > 0.0) & (longer <= _APART_FACTOR * shorter)
     middle = np.flatnonzero(chosen & (longer <= _APART_MAX_S)) + 1
-    if len(middle) < _SCATTER_MIN:
-        return None
     latitude = np.radians(plots.latitude_deg[order])
     longitude = np.unwrap(np.radians(plots.longitude_deg[order]))
-    east = EARTH_RADIUS_M * longitude * np.cos(np.median(latitude))
+    east = EARTH_RADIUS_M * longitude * np.cos(np.median(latitude)) if len(order) else longitude
     place = np.column_stack([east, EARTH_RADIUS_M * latitude])
-    weight = (before_s / (before_s + after_s))[middle - 1]
     flown = place[middle + 1] - place[middle - 1]
     length = np.linalg.norm(flown, axis=1)
-    apart = place[middle] - place[middle - 1] - weight[:, None] * flown
     moving = length > flown_min_m
-    if np.count_nonzero(moving) < _SCATTER_MIN:
-        return None
-    along = np.sum(apart * flown, axis=1)[moving] / length[moving]
-    across = (apart[:, 0] * flown[:, 1] - apart[:, 1] * flown[:, 0])[moving] / length[moving]
-    of_three = np.sqrt(1.0 + weight**2 + (1.0 - weight) ** 2)[moving]
-    return PathScatter(
-        *(NORMAL_SPREAD * float(np.median(np.abs(one) / of_three)) for one in (along, across))
-    )
+    middle, flown, length = middle[moving], flown[moving], length[moving]
+    if len(middle) < _SCATTER_MIN:
+        return np.nan
+    weight = (before_s / (before_s + after_s))[middle - 1]
+    apart = place[middle] - place[middle - 1] - weight[:, None] * flown
+    across = (apart[:, 0] * flown[:, 1] - apart[:, 1] * flown[:, 0]) / length
+    if _turns(across, np.diff(middle) == 1):
+        return np.nan
+    of_three = np.sqrt(1.0 + weight**2 + (1.0 - weight) ** 2)
+    return NORMAL_SPREAD * float(np.median(np.abs(across) / of_three))
 
 
 def check_position_spread(

@@ -56,3 +56,9 @@ def test_errors_along_the_path_are_not_those_of_positions() -> None:
         plots, time_s=plots.time_s + np.random.default_rng(1).normal(0.0, 0.1, plots.size)
     )
     assert _found(late, 10.0) == ""
+
+
+@pytest.mark.parametrize("interval_s", [4.0, 10.0])
+def test_turns_between_reports_are_no_scatter(interval_s: float) -> None:
+    plots = _reports(20.0, seed=5, interval_s=interval_s, turn_deg_per_s=3.0)
+    assert _found(plots, 20.0) == ""
