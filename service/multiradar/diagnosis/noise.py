@@ -105,7 +105,7 @@ def check_scatter(
     azimuth = np.radians(plots.azimuth_deg[order])
     range_m = plots.range_m[order]
     place = np.column_stack([range_m * np.sin(azimuth), range_m * np.cos(azimuth)])
-    weight = (before_s / (before_s + after_s))[middle - 1, None]
+    weight = (before_s[middle - 1] / (time_s[middle + 1] - time_s[middle - 1]))[:, None]
     apart = place[middle] - (1.0 - weight) * place[middle - 1] - weight * place[middle + 1]
     outward = place[middle] / np.linalg.norm(place[middle], axis=1)[:, None]
     along = np.sum(apart * outward, axis=1)
@@ -186,7 +186,7 @@ def _scatter_across(plots: Plots, aircraft: Integers, flown_min_m: float) -> flo
     middle, flown, length = middle[moving], flown[moving], length[moving]
     if len(middle) < _SCATTER_MIN:
         return np.nan
-    weight = (before_s / (before_s + after_s))[middle - 1]
+    weight = before_s[middle - 1] / (time_s[middle + 1] - time_s[middle - 1])
     apart = place[middle] - place[middle - 1] - weight[:, None] * flown
     across = (apart[:, 0] * flown[:, 1] - apart[:, 1] * flown[:, 0]) / length
     if _turns(across, np.diff(middle) == 1):

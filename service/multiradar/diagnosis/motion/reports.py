@@ -303,11 +303,9 @@ def _stretch(plots: Plots) -> tuple[float, float] | None:
     rows = within[turning[of]]
     solution, *_ = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)
     # Of the aircraft, whose legs are not independent.
-    each = [
-        float(own[:, 0] @ (own[:, -1] - own[:, 1:-1] @ solution[1:]) / (own[:, 0] @ own[:, 0]))
-        for one in np.flatnonzero(turning)
-        for own in [within[of == one]]
-    ]
+    part = rows[:, 0] * (rows[:, -1] - rows[:, 1:-1] @ solution[1:])
+    sums = np.bincount(of[turning[of]], part, len(turning))[turning]
+    each = sums / np.bincount(of, within[:, 0] ** 2, len(turning))[turning]
     return float(solution[0]), float(np.std(each) / np.sqrt(len(each)))
 
 

@@ -62,3 +62,11 @@ def test_errors_along_the_path_are_not_those_of_positions() -> None:
 def test_turns_between_reports_are_no_scatter(interval_s: float) -> None:
     plots = _reports(20.0, seed=5, interval_s=interval_s, turn_deg_per_s=3.0)
     assert _found(plots, 20.0) == ""
+
+
+def test_reports_that_come_twice_do_not_matter() -> None:
+    plots = _reports(20.0, seed=6)
+    rows = np.repeat(np.arange(plots.size), np.where(np.arange(plots.size) % 7 == 0, 3, 1))
+    twice = plots.select(rows)
+    assert _found(twice, 1.0) == "error noise"
+    assert _found(twice, 20.0) == ""
