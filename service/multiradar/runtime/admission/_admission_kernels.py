@@ -1,15 +1,17 @@
 """Compiled admission of measurements by time; see `multiradar.runtime.admission.admission`.
 
 Symbols: ``clock`` = state floats [data clock, floor, first and last time of a run, greatest time
-accepted]; ``run`` = state integers [rows in the run, its first sensor, several sensors in it, first
-sensor ever accepted, several sensors accepted, run within the forward jump]; ``standing`` =
-[contradictions, rows in succession that were off the data clock, samples heard] of each sensor;
-``lead`` = by how much the last such row was ahead of the data clock, s; ``heard`` = the last
-samples of each sensor, [time less time of reception, time of reception]; ``bounds`` = [reorder
-horizon, tolerance, forward jump, rows that agree, time alone, time alone within the jump];
-``pace`` = [least mean interval of the rows, time by which they may be ahead at it] of each sensor;
-``tolerance`` = lead over the data clock up to which the rows of each sensor advance it, s;
-``due`` = data time at which the rows of each sensor so far would be due at that interval, s.
+accepted, time that the sensor farthest ahead has reached, time that others have reached]; ``run`` =
+state integers [rows in the run, its first sensor, several sensors in it, first sensor ever
+accepted, further sensors accepted (2: two or more), run within the forward jump, sensor farthest
+ahead, second sensor accepted]; ``standing`` = [contradictions, rows in succession that were off the
+data clock, samples heard] of each sensor; ``lead`` = by how much the last such row was ahead of the
+data clock, s; ``heard`` = the last samples of each sensor, [time less time of reception, time of
+reception]; ``bounds`` = [reorder horizon, tolerance, forward jump, rows that agree, time alone,
+time alone within the jump]; ``pace`` = [least mean interval of the rows, time by which they may be
+ahead at it] of each sensor; ``tolerance`` = lead over the others up to which the rows of each
+sensor advance the data clock, s; ``due`` = data time at which the rows of each sensor so far would
+be due at that interval, s.
 """
 
 import numpy as np
@@ -22,8 +24,10 @@ LATE = 1
 FUTURE = 2
 EXCESS = 3
 
-CLOCK, FLOOR, RUN_FIRST, RUN_LAST, NEWEST = range(5)
-RUN_COUNT, RUN_SENSOR, RUN_SEVERAL, SEEN_SENSOR, SEEN_SEVERAL, RUN_NEAR = range(6)
+CLOCK, FLOOR, RUN_FIRST, RUN_LAST, NEWEST, AHEAD, OTHERS = range(7)
+RUN_COUNT, RUN_SENSOR, RUN_SEVERAL, SEEN_SENSOR, SEEN_FURTHER, RUN_NEAR, FIRST, SEEN_SECOND = range(
+    8
+)
 CONTRADICTED, OFF, SAMPLES = range(3)
 HORIZON, TOLERANCE, JUMP, AGREE, ALONE, ALONE_NEAR = range(6)
 LEAD, RECEIVED = range(2)
@@ -74,7 +78,7 @@ def admit(
             # It advances nothing: the accepted rows alone give the same states.
             code[row] = EXCESS
             continue
-        elif time <= before_s + tolerance[s]:
+        elif time <= before_s or time <= _supported(s, clock, run) + tolerance[s]:
             decided = ACCEPTED
             _advance(time, s, tolerance, clock, run, standing, lead)
         else:
@@ -115,7 +119,7 @@ def _ahead(
     if vote < 0:
         return FUTURE
     if vote == 0:
-        only = run[SEEN_SEVERAL] == 0 and run[SEEN_SENSOR] == s
+        only = run[SEEN_FURTHER] == 0 and run[SEEN_SENSOR] == s
         only = only or (run[SEEN_SENSOR] < 0 and len(standing) == 1)
         far = time > clock[CLOCK] + bounds[JUMP]
         if far or standing[s, CONTRADICTED] >= CONTRADICTED_MAX:
@@ -148,7 +152,7 @@ def _agrees(time: float, s: int, bounds: Floats, clock: Floats, run: Integers) -
         run[RUN_SEVERAL] = 1
     plausible = (
         run[RUN_SEVERAL] == 1
-        or (run[SEEN_SEVERAL] == 0 and s == run[SEEN_SENSOR])
+        or (run[SEEN_FURTHER] == 0 and s == run[SEEN_SENSOR])
         or time - clock[RUN_FIRST] >= bounds[ALONE]
     )
     return bool(run[RUN_COUNT] >= bounds[AGREE] and plausible)
@@ -176,6 +180,7 @@ def _is_confirmed(time: float, s: int, bounds: Floats, clock: Floats, run: Integ
     # Two sensors are ahead: the data clock follows the one that is less so.
     clock[CLOCK] = clock[RUN_LAST]
     _see(run[RUN_SENSOR], run)
+    _reach(clock[RUN_LAST], run[RUN_SENSOR], clock, run)
     clock[RUN_FIRST] = time
     clock[RUN_LAST] = time
     run[RUN_COUNT] = 1
@@ -198,12 +203,14 @@ def _advance(
     if not time <= clock[CLOCK]:
         clock[CLOCK] = time
     _see(s, run)
+    _reach(time, s, clock, run)
     standing[s, CONTRADICTED] = 0
     standing[s, OFF] = 0
     if run[RUN_COUNT] > 0 and run[RUN_NEAR] == 1:
         other = run[RUN_SENSOR]
-        if clock[RUN_LAST] <= clock[CLOCK] + tolerance[other]:
+        if clock[RUN_LAST] <= _supported(other, clock, run) + tolerance[other]:
             clock[CLOCK] = max(clock[CLOCK], clock[RUN_LAST])
+            _reach(clock[RUN_LAST], other, clock, run)
         elif other != s:
             standing[other, CONTRADICTED] += 1
             standing[other, OFF] += 1
@@ -212,11 +219,36 @@ def _advance(
 
 
 @kernel
+def _supported(s: int, clock: Floats, run: Integers) -> float:
+    """Return the time that other sensors have reached; of two, none is more right: the clock."""
+    if run[SEEN_FURTHER] < 2:
+        return float(clock[CLOCK])
+    return float(clock[OTHERS] if s == run[FIRST] else clock[AHEAD])
+
+
+@kernel
+def _reach(time: float, s: int, clock: Floats, run: Integers) -> None:
+    """Note the time that a sensor has reached."""
+    if s == run[FIRST] or run[FIRST] < 0:
+        run[FIRST] = s
+        clock[AHEAD] = max(clock[AHEAD], time)
+    elif time > clock[AHEAD]:
+        clock[OTHERS] = clock[AHEAD]
+        clock[AHEAD] = time
+        run[FIRST] = s
+    else:
+        clock[OTHERS] = max(clock[OTHERS], time)
+
+
+@kernel
 def _see(s: int, run: Integers) -> None:
     if run[SEEN_SENSOR] < 0:
         run[SEEN_SENSOR] = s
-    elif s != run[SEEN_SENSOR]:
-        run[SEEN_SEVERAL] = 1
+    elif s != run[SEEN_SENSOR] and run[SEEN_SECOND] < 0:
+        run[SEEN_SECOND] = s
+        run[SEEN_FURTHER] = 1
+    elif s != run[SEEN_SENSOR] and s != run[SEEN_SECOND]:
+        run[SEEN_FURTHER] = 2
 
 
 @kernel

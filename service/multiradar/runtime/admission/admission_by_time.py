@@ -5,7 +5,9 @@ than the data clock by more than the reorder horizon (or older than the end of a
 No sensor with a wrong clock may advance the data clock and so make all other sensors late.
 
 A row ahead of the data clock by at most half of the reorder horizon (or the tolerance of its
-sensor) advances it. One farther ahead is a gap in the measurements, or a clock that is fast:
+sensor) advances it; of three or more sensors, none advances it farther than that beyond the others,
+whose times a drifting clock would otherwise leave behind step by step. A row farther ahead is a gap
+in the measurements, or a clock that is fast:
 
 - With times of reception, all sensors heard in real time vote, and so does the clock of the
   machine: a row that most of them have not reached is *in the future* and rejected, one that most
@@ -58,7 +60,7 @@ ALARM_ROWS = 3
 #: A sensor has a storm alarm from this fraction of the burst on that it may have.
 STORM_SHARE = 0.5
 #: Numbers in the state of an older version.
-_OLD_CLOCK, _OLD_RUN = 4, 5
+_OLD_CLOCK, _OLD_RUN = (4, 5), (5, 6)
 _MALFORMED = (ValueError, TypeError, KeyError, IndexError)
 
 
@@ -143,8 +145,8 @@ class Admission:
                 ALONE_HORIZONS * self.horizon_s,
             ]
         )  # fmt: skip
-        self._clock = np.array([np.nan, -np.inf, 0.0, 0.0, -np.inf])
-        self._run = np.array([0, -1, 0, -1, 0, 0])
+        self._clock = np.array([np.nan, -np.inf, 0.0, 0.0, -np.inf, -np.inf, -np.inf])
+        self._run = np.array([0, -1, 0, -1, 0, 0, -1, -1])
         self._standing = np.zeros((self.sensors, 3), np.int64)
         self._lead = np.zeros(self.sensors)
         self._heard = np.zeros((self.sensors, kernels.HEARD_MAX, 2))
@@ -229,6 +231,7 @@ class Admission:
         """End the stream: accepted rows are released, so earlier rows are late from now on."""
         if np.isfinite(self._clock[kernels.NEWEST]):
             self._clock[kernels.CLOCK] = self._clock[kernels.FLOOR] = self._clock[kernels.NEWEST]
+            self._clock[[kernels.AHEAD, kernels.OTHERS]] = self._clock[kernels.CLOCK]
         self._run[kernels.RUN_COUNT] = 0
 
     def set_clock(self, time_s: float) -> None:
@@ -239,7 +242,7 @@ class Admission:
         if time_s < self.released_to_s:
             self._clock[kernels.FLOOR] = self._clock[kernels.NEWEST] = -np.inf
             self._due[:] = -np.inf
-        self._clock[kernels.CLOCK] = time_s
+        self._clock[[kernels.CLOCK, kernels.AHEAD, kernels.OTHERS]] = time_s
         self._clock[kernels.NEWEST] = max(self._clock[kernels.NEWEST], time_s)
         self._run[kernels.RUN_COUNT] = 0
         self._standing[:, [kernels.CONTRADICTED, kernels.OFF]] = 0
@@ -347,8 +350,8 @@ class Admission:
             fields = json.loads(state)
             clock = _clock_of(fields)
             run = [int(value) for value in fields["run"]]
-            if len(run) == _OLD_RUN:
-                run.append(0)
+            if len(run) in _OLD_RUN:
+                run += [0, -1, -1][_OLD_RUN.index(len(run)) :]
             if len(run) != len(self._run):
                 msg = "wrong length"
                 raise ValueError(msg)
@@ -368,10 +371,14 @@ class Admission:
 
 def _clock_of(fields: dict[str, Any]) -> NDArray[np.float64]:
     clock = [float.fromhex(text) for text in fields["clock"]]
-    if len(clock) == _OLD_CLOCK:
+    reached_s = -np.inf if np.isnan(clock[0]) else clock[0]
+    if len(clock) == _OLD_CLOCK[0]:
         # Of a version in which every accepted row advanced the data clock.
-        clock.append(-np.inf if np.isnan(clock[0]) else clock[0])
-    if len(clock) != _OLD_CLOCK + 1:
+        clock.append(reached_s)
+    if len(clock) == _OLD_CLOCK[1]:
+        # Of a version in which one sensor alone could advance it.
+        clock += [reached_s, reached_s]
+    if len(clock) != _OLD_CLOCK[1] + 2:
         msg = "wrong length"
         raise ValueError(msg)
     return np.array(clock)

@@ -58,6 +58,34 @@ def test_a_wrong_clock_costs_the_others_nothing_and_is_named(
     assert leads[WRONG] == pytest.approx(offset_s, abs=1.5)
 
 
+@pytest.mark.parametrize("rate", [0.1, 0.5, -0.1])
+@pytest.mark.parametrize("live", [True, False])
+def test_a_clock_that_drifts_away_costs_the_others_nothing_and_is_named(
+    rate: float, live: bool
+) -> None:
+    admission = Admission(6.0, 3)
+    stream = [
+        (received_s, time_s * (1.0 + rate) if sensor == WRONG else time_s, sensor)
+        for received_s, time_s, sensor in _stream(0.0)
+    ]
+    lost = _lost(admission, stream, NOW_S, live=live)
+    assert [lost[sensor] for sensor in RIGHT] == [0, 0]
+    assert list(admission.clock_leads()) == [WRONG]
+    assert admission.data_clock_s == pytest.approx(NOW_S + 120.0, abs=3.5)
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_rows_that_follow_one_another_do_not_move_the_clock_alone(live: bool) -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _stream(0.0, duration_s=20.0), NOW_S, live=live)
+    # Within the tolerance of the row before, each.
+    steps = [(20.2, 20.0 + 2.0 * step, WRONG) for step in range(1, 6)]
+    _lost(admission, steps, NOW_S, live=live)
+    late = [(20.4, 17.5, sensor) for sensor in RIGHT]
+    assert sum(_lost(admission, late, NOW_S, live=live).values()) == 0
+    assert admission.data_clock_s == pytest.approx(NOW_S + 22.0, abs=1.1)
+
+
 @pytest.mark.parametrize("offset_s", [60.0, -60.0])
 @pytest.mark.parametrize("live", [True, False])
 def test_it_is_named_within_two_scans(live: bool, offset_s: float) -> None:
