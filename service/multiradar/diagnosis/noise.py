@@ -95,25 +95,21 @@ def check_scatter(
     """
     order = np.lexsort((plots.time_s, aircraft))
     order = order[aircraft[order] >= 0]
-    time_s, of = plots.time_s[order], aircraft[order]
-    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
-    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
-    chosen = (of[2:] == of[:-2]) & (longer <= _APART_FACTOR * shorter) & (longer <= _APART_MAX_S)
-    if np.count_nonzero(chosen & (shorter > 0.0)) < _SCATTER_MIN:
+    middle, weight = _between(plots.time_s[order], aircraft[order])
+    if len(middle) < _SCATTER_MIN:
         return None
-    middle = np.flatnonzero(chosen & (shorter > 0.0)) + 1
     azimuth = np.radians(plots.azimuth_deg[order])
     range_m = plots.range_m[order]
     place = np.column_stack([range_m * np.sin(azimuth), range_m * np.cos(azimuth)])
-    weight = (before_s[middle - 1] / (time_s[middle + 1] - time_s[middle - 1]))[:, None]
-    apart = place[middle] - (1.0 - weight) * place[middle - 1] - weight * place[middle + 1]
+    later = weight[:, None]
+    apart = place[middle] - (1.0 - later) * place[middle - 1] - later * place[middle + 1]
     outward = place[middle] / np.linalg.norm(place[middle], axis=1)[:, None]
     along = np.sum(apart * outward, axis=1)
     across = apart[:, 0] * outward[:, 1] - apart[:, 1] * outward[:, 0]
     # The plots of a turn are all on one side of the chord; noise alternates.
     follows = np.diff(middle) == 1
     turns = [_turns(one, follows) for one in (along, across)]
-    of_three = np.sqrt(1.0 + weight[:, 0] ** 2 + (1.0 - weight[:, 0]) ** 2)
+    of_three = np.sqrt(1.0 + weight**2 + (1.0 - weight) ** 2)
     scatters = (
         NORMAL_SPREAD * float(np.median(np.abs(along) / of_three)),
         float(np.degrees(NORMAL_SPREAD * np.median(np.abs(across) / of_three / range_m[middle]))),
@@ -130,6 +126,16 @@ def check_scatter(
         if scatter >= SCATTER_FACTOR * sigma and not is_turn
     ]  # fmt: skip
     return _of_sigmas(name, found)
+
+
+# Rows soon after and before others of their aircraft, in order of aircraft and time, and
+# the weight of the later one on the line between these two.
+def _between(time_s: Floats, of: Integers) -> tuple[Integers, Floats]:
+    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
+    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
+    chosen = (of[2:] == of[:-2]) & (shorter > 0.0) & (longer <= _APART_FACTOR * shorter)
+    middle = np.flatnonzero(chosen & (longer <= _APART_MAX_S)) + 1
+    return middle, before_s[middle - 1] / (time_s[middle + 1] - time_s[middle - 1])
 
 
 # Whether the deviations of successive plots from the chord are on one side as often as on both.
@@ -171,11 +177,7 @@ def _scatter_across(plots: Plots, aircraft: Integers, flown_min_m: float) -> flo
     known = (aircraft >= 0) & np.isfinite(plots.latitude_deg) & np.isfinite(plots.longitude_deg)
     order = np.lexsort((plots.time_s, aircraft))
     order = order[known[order]]
-    time_s, of = plots.time_s[order], aircraft[order]
-    before_s, after_s = np.diff(time_s)[:-1], np.diff(time_s)[1:]
-    shorter, longer = np.minimum(before_s, after_s), np.maximum(before_s, after_s)
-    chosen = (of[2:] == of[:-2]) & (shorter > 0.0) & (longer <= _APART_FACTOR * shorter)
-    middle = np.flatnonzero(chosen & (longer <= _APART_MAX_S)) + 1
+    middle, weight = _between(plots.time_s[order], aircraft[order])
     latitude = np.radians(plots.latitude_deg[order])
     longitude = np.unwrap(np.radians(plots.longitude_deg[order]))
     east = EARTH_RADIUS_M * longitude * np.cos(np.median(latitude)) if len(order) else longitude
@@ -183,10 +185,9 @@ def _scatter_across(plots: Plots, aircraft: Integers, flown_min_m: float) -> flo
     flown = place[middle + 1] - place[middle - 1]
     length = np.linalg.norm(flown, axis=1)
     moving = length > flown_min_m
-    middle, flown, length = middle[moving], flown[moving], length[moving]
+    middle, weight, flown, length = middle[moving], weight[moving], flown[moving], length[moving]
     if len(middle) < _SCATTER_MIN:
         return np.nan
-    weight = before_s[middle - 1] / (time_s[middle + 1] - time_s[middle - 1])
     apart = place[middle] - place[middle - 1] - weight[:, None] * flown
     across = (apart[:, 0] * flown[:, 1] - apart[:, 1] * flown[:, 0]) / length
     if _turns(across, np.diff(middle) == 1):
