@@ -51,7 +51,7 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
 )
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
-from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
+from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last, listed
 from multiradar.diagnosis.same_aircraft.height_levels import check_height_levels
 from multiradar.diagnosis.same_aircraft.identities_compared import (
     check_addresses,
@@ -64,13 +64,16 @@ from multiradar.diagnosis.single_sensor.columns import (
     check_time_rate,
 )
 from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE
-from multiradar.diagnosis.single_sensor.jumps import check_paths
+from multiradar.diagnosis.single_sensor.jumps import OTHER_ROWS, check_paths
 from multiradar.diagnosis.single_sensor.settings import check_settings
 from multiradar.diagnosis.times import TIMES_APART, check_ends, check_gaps, check_times, utc
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 #: Fraction that agrees of a radar with a small error of site or range: less is another cause.
 SOME_AGREE_MIN = 0.1
+#: ... and that agrees without the estimated offsets, where these explain all that differs.
+EXPLAINED_MIN = 0.8
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -125,6 +128,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         if name not in named:
             found += check_settings(evidence, comparison, name, causes=causes)
     found = found or check_large_offsets(evidence)
+    found = _with_all_of_one(evidence, found)
     found = _with_split(found, check_split_radars(comparison, evidence.sensors.ids))
     found += _placeholders(evidence, comparison, {one.sensor_id for one in found})
     if not evidence.confirmed and not found:
@@ -176,6 +180,29 @@ def _with_split(found: Sequence[Diagnosis], split: Sequence[Diagnosis]) -> list[
     ]
 
 
+# One radar has the identities of several places, and the others have no plots: all have its name.
+def _with_all_of_one(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Diagnosis]:
+    silent = [one.sensor_id for one in found if one.code == SILENT_CODE]
+    mixed = [one for one in found if one.code == OTHER_ROWS]
+    radars = [
+        name
+        for name in evidence.sources
+        if evidence.number(name) >= 0
+        and evidence.sensors.kinds[evidence.number(name)] == KIND_RADAR
+    ]
+    if not silent or [one.sensor_id for one in mixed] != radars:
+        return [*found]
+    all_of_one = Diagnosis(
+        radars[0],
+        "two_radars",
+        f"{radars[0]}: its plots are probably also those of {listed(silent)}, which "
+        f"{'has' if len(silent) == 1 else 'have'} no measurements: successive plots with the same "
+        "identity are too far apart to be of one aircraft seen from one site; give each radar its "
+        "own sensor_id",
+    )
+    return [one for one in found if one not in mixed and one.code != SILENT_CODE] + [all_of_one]
+
+
 # Codes that disturb no other check.
 def _placeholders(
     evidence: Evidence, comparison: Comparison, named: Collection[str]
@@ -225,6 +252,7 @@ def _check_places(
         # Displaced sites would explain it, too, but by more numbers.
         return turned
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
+    suspects = _not_by_biases(evidence, suspects, numbers)
     trusted = [one for one in numbers if one not in suspects]
     found = _explain_suspects(comparison, suspects, trusted, names)
 
@@ -286,6 +314,19 @@ def _check_places(
     found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
     found = found or turned or check_clock_errors(evidence.sensors, joint)
     return _merge_contradiction(found, len(numbers))
+
+
+# Offsets of two radars by one angle displace the site of one as seen from the other. Those that the
+# run estimated are the simpler explanation, if they are usual.
+def _not_by_biases(evidence: Evidence, suspects: list[int], numbers: list[int]) -> list[int]:
+    if not suspects:
+        return []
+    corrected = Comparison(evidence, corrected=True)
+    return [
+        one
+        for one in suspects
+        if corrected.agreement(one, corrected.pairs(one, numbers)).share < EXPLAINED_MIN
+    ]
 
 
 def _are_more_than_two(sensors: SensorTable, found: Sequence[Diagnosis]) -> bool:

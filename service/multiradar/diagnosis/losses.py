@@ -322,6 +322,18 @@ def _are_surface(evidence: Evidence, name: str) -> bool:
     return len(near) > 0.5 * len(plots)
 
 
+# What is wrong with values that are no measurements, by the reason of the first one.
+def _never_a_value(code: str, reason: str) -> str:
+    column, _, was = reason.partition(":")
+    if column not in COLUMNS:
+        return ""
+    if code == RejectCode.NON_FINITE:
+        return f"{column} is not a number (NaN); leave it empty (null) where there is no value"
+    if column == "range_m" and was.rpartition("was ")[2].startswith("-"):
+        return f"{column} is negative ({was.rpartition('was ')[2]}); write ranges above 0"
+    return ""
+
+
 def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
     """Report losses that no diagnosed error explains."""
     if losses.known < READ_MIN or losses.share <= LOST_MAX:
@@ -336,12 +348,15 @@ def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> D
             "movement radar?); fill height_m, or exclude the sensor",
             "warning",
         )
+    reason = evidence.sources[name].reasons.get(most)
+    value = _never_a_value(most, reason or "")
+    if value:
+        return Diagnosis(name, "measurements_lost", f"{name}: {losses.words()}: {value}")
     when = ""
     if most in ("TIME_LATE", "TIME_FUTURE"):
         source = evidence.sources[name]
         when = f" (its times: {utc(source.first_s)} to {utc(source.last_s)})"
     check = _SETTINGS.get(most, "its measurements in rejects.ndjson")
-    reason = evidence.sources[name].reasons.get(most)
     if reason is not None:
         when += f" (the first {most}: {reason})"
         column = reason.partition(":")[0]

@@ -34,8 +34,13 @@ _FLOWN_SIGMAS, _POSITION_WARNING = 10.0, 2.5
 SIGMAS, _UNITS = ("range_sigma_m", "azimuth_sigma_deg"), (" m", "°")
 
 
-def check_noise(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | None:
+def check_noise(
+    evidence: Evidence, name: str, scatter: tuple[float, float], *, causes: bool
+) -> Diagnosis | None:
     """Diagnose configured sigmas that are far from the measured noise.
+
+    The noise that innovations show contains the manoeuvres of aircraft, and that of the scatter of
+    plots about smooth paths does not: the smaller one counts.
 
     Parameters
     ----------
@@ -43,10 +48,13 @@ def check_noise(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | N
         What is retained of the run.
     name : str
         The sensor.
+    scatter : (float, float)
+        Result of `track_scatter`, m and degrees; NaN where unknown.
     causes : bool
         Whether another error was found: it may explain noise above its sigma.
     """
-    return _of_sigmas(name, [one for one in _by_noise(evidence, name, causes=causes) if one])
+    found = _by_noise(evidence, name, causes=causes, scatter=scatter)
+    return _of_sigmas(name, [one for one in found if one])
 
 
 def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
@@ -220,12 +228,22 @@ def _either(first: _WrongSigma | None, second: _WrongSigma | None) -> _WrongSigm
 
 
 # Sigmas that differ from the measured noise.
-def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigma | None]:
+def _by_noise(
+    evidence: Evidence, name: str, *, causes: bool, scatter: tuple[float, float] = (np.nan, np.nan)
+) -> list[_WrongSigma | None]:
     ratios = evidence.noise.get(name, (np.nan, np.nan))
     largest = np.nanmax([1.0, *(ratio for both in evidence.noise.values() for ratio in both)])
     high = max(NOISE_WARNING, _NOISE_OF_OTHERS * largest)
     found: list[_WrongSigma | None] = []
-    for setting, sigma, ratio in zip(SIGMAS, sigmas(evidence, name), ratios, strict=True):
+    for setting, sigma, by_innovations, apart in zip(
+        SIGMAS, sigmas(evidence, name), ratios, scatter, strict=True
+    ):
+        # Manoeuvres leave the noise at 1.
+        ratio = by_innovations
+        if ratio > 1.0:
+            ratio = max(float(np.fmin(ratio, apart / sigma)), 1.0)
+            if np.isnan(apart) and ratio <= NOISE_FACTOR:
+                ratio = np.nan
         wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
         sense = "large" if ratio < 1.0 else "small"
         far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR

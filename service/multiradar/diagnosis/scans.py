@@ -16,8 +16,8 @@ from multiradar.diagnosis.plots import Floats
 WINDOW_S, WINDOW_MIN, PLOTS_MAX, WINDOWS_MAX = 48.0, 25, 100, 5
 #: Range of the period search, s.
 PERIOD_MIN_S, PERIOD_MAX_S = 0.8, 20.0
-#: Steps of frequency in the width of a peak.
-_STEPS = 6.0
+#: Steps of frequency in the width of a peak, and steps in each of them about the highest one.
+_STEPS, _FINE_STEPS = 6.0, 20
 #: Minimum coherence of azimuth and time of a rotation (1: exact).
 COHERENT_MIN = 0.9
 #: Minimum coherence of the plots of two antennas, half width of the directions that count as those
@@ -58,7 +58,7 @@ def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
     size = np.arange(1.0 / PERIOD_MAX_S, 1.0 / PERIOD_MIN_S, step)
     frequency = np.concatenate([-size[::-1], size])
     found = np.concatenate([coherences(windows, one) for one in (-size[::-1], size)])
-    near = frequency[found.argmax()] + np.linspace(-step, step, 41)
+    near = frequency[found.argmax()] + np.linspace(-step, step, 2 * _FINE_STEPS + 1)
     finer = coherences(windows, near)
     return Rotation(1.0 / float(near[finer.argmax()]), float(finer.max()))
 
@@ -97,7 +97,8 @@ def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:
     windows = windows_of(time_s, azimuth_rad)
     if not windows:
         return 0.0
-    return float(coherences(windows, np.linspace(0.97, 1.03, 61) / period_s).max())
+    count = max(61, math.ceil(0.06 / period_s * _FINE_STEPS * _STEPS * WINDOW_S))
+    return float(coherences(windows, np.linspace(0.97, 1.03, count) / period_s).max())
 
 
 def coherences(windows: list[tuple[Floats, Floats]], frequency: Floats) -> Floats:

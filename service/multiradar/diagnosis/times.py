@@ -4,13 +4,18 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
+import polars as pl
 
 from multiradar.diagnosis.evidence import Source
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import first_and_last, listed
+from multiradar.diagnosis.plots import Floats, plots_of, positions
 from multiradar_schemas.documents.names import PER_SECOND
 
 TIMES_APART = "times_apart"
+_NAMES = ("mode_s_address", "track_number", "mode_3a")
+#: A radar is anywhere: distances between its plots do not depend on its site.
+_SITE = (0.0, 0.0, 0.0)
 #: Times below this are times of day without a date, s.
 DATELESS_MAX_S = 10.0 * 86_400.0
 #: Sources separated by more than the data clock may jump have no common time, s.
@@ -19,6 +24,8 @@ GAP_MIN_S = 600.0
 ZONE_WITHIN_S = 120.0
 #: Tolerance of a jump by whole days: time without measurements about it, s.
 DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
+#: 1970-01-01 as spreadsheets count days.
+_SPREADSHEET_DAYS = 25_569.0
 #: Times of day are recorded until and from midnight, s.
 MIDNIGHT_WITHIN_S = 60.0
 #: Unix times in seconds stay below this for 3000 years: gaps of larger times have no unit.
@@ -30,6 +37,11 @@ GAP_MAX_S = 43_200.0
 ENDS_MIN_S, ENDS_MIN, ENDS_GAPS, ENDS_SPAN_MIN_S = 30.0, 0.02, 3.0, 300.0
 #: A larger missing fraction is an error, if there were so many aircraft that not all have landed.
 ENDS_MISSING_MAX, ENDS_AIRCRAFT_MIN = 1.0 / 3.0, 5
+#: At a cut, so many aircraft are seen in this time, s, and this fraction of their usual number: of
+#: fewer, each may have entered or left the coverage, or have landed. Plots without identity that
+#: are farther apart than this are of several aircraft, m. Times that the usual number is taken at.
+_CUT_S, _CUT_AIRCRAFT_MIN, _CUT_USUAL_MIN = 30.0, 5, 0.6
+_APART_M, _USUAL_TIMES = 20_000.0, 15
 
 
 def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
@@ -184,6 +196,7 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
         for name, one in timed.items()
         if last_s - one.last_s > _pause_max_s(one, whole_s)
         and one.first_s - first_s <= _pause_max_s(one, whole_s)
+        and _is_cut(one, one.last_s - _CUT_S)
     }
     found = []
     for names in _ended_together(early, whole_s):
@@ -199,8 +212,43 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
         for name, one in timed.items()
         if one.first_s - first_s > _pause_max_s(one, whole_s)
         and last_s - one.last_s <= _pause_max_s(one, whole_s)
+        and _is_cut(one, one.first_s)
     ]
     return [*found, *(_starts(timed, name) for name in sorted(late))]
+
+
+# Whether a source has its usual traffic at one of its ends: a radar that sees its last aircraft
+# leave, or its first ones enter, ends or starts there, too.
+def _is_cut(source: Source, from_s: float) -> bool:
+    plots = source.plots()
+    found = _aircraft_from(plots, from_s)
+    if found == 0:
+        # Later plots are not retained.
+        return True
+    first_s, last_s = plots["time_s"].to_numpy()[[0, -1]]
+    times = np.linspace(first_s, max(last_s - _CUT_S, first_s), _USUAL_TIMES)
+    usual = float(np.median([_aircraft_from(plots, one) for one in times.tolist()]))
+    return found >= max(_CUT_AIRCRAFT_MIN, _CUT_USUAL_MIN * usual)
+
+
+def _aircraft_from(plots: pl.DataFrame, from_s: float) -> int:
+    beside = plots.filter(pl.col("time_s").is_between(from_s, from_s + _CUT_S))
+    unnamed = beside.filter(pl.all_horizontal(pl.col(_NAMES).is_null()))
+    where = positions(plots_of(unnamed), None if unnamed["range_m"].is_null().all() else _SITE)
+    return _names_in(beside) + _places(where[np.isfinite(where).all(axis=1)])
+
+
+# Number of places that are far from each other.
+def _places(where: Floats) -> int:
+    count = 0
+    while len(where):
+        where = where[np.linalg.norm(where - where[0], axis=1) > _APART_M]
+        count += 1
+    return count
+
+
+def _names_in(plots: pl.DataFrame) -> int:
+    return max((plots[name].drop_nulls().n_unique() for name in _NAMES), default=0)
 
 
 def _of_aircraft(source: Source) -> tuple[float, float]:
@@ -240,8 +288,7 @@ def _kind(source: Source) -> str:
 
 
 def _aircraft(source: Source) -> int:
-    names = ("mode_s_address", "track_number", "mode_3a")
-    return max((source.plots()[name].drop_nulls().n_unique() for name in names), default=0)
+    return _names_in(source.plots())
 
 
 def _ends(
@@ -300,7 +347,7 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         f"its measurements are from {utc(own[0])} to {utc(own[1])}, the measurements of the other "
         f"sensors from {utc(rest[0])} to {utc(rest[1])}"
     )
-    if unit := _unit(own[0] / rest[0]):
+    if unit := _unit(own[0], rest[0]):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     elif abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
@@ -312,8 +359,14 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
     return Diagnosis(name, TIMES_APART, f"{name}: {cause}: {spans}; {remedy}")
 
 
-def _unit(ratio: float) -> str:
-    return next((name for name, per_s in PER_SECOND.items() if 0.99 < ratio / per_s < 1.01), "")
+# The unit in which a time is another one, s; days of a spreadsheet count from 1899-12-30.
+def _unit(own: float, rest_s: float) -> str:
+    if abs(rest_s) >= DATELESS_MAX_S and abs(own - rest_s / DAY_S - _SPREADSHEET_DAYS) <= 1.0:
+        return "days since 1899-12-30, as spreadsheets count them"
+    if rest_s == 0.0:
+        return ""
+    units = PER_SECOND | {"hours": 1.0 / 3600.0, "days": 1.0 / DAY_S}
+    return next((name for name, per_s in units.items() if 0.99 < own / rest_s / per_s < 1.01), "")
 
 
 def _shift(later_s: float) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from multiradar import wire
 from multiradar.diagnosis.cross_sensor.offsets import check_offsets
 from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.evidence import Evidence
@@ -13,6 +14,7 @@ from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.losses import check_repeated
 from multiradar.diagnosis.plots import geodetic, located
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
+from multiradar.tracking.outputs import TrackPlots
 from support.inputs.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
@@ -242,7 +244,7 @@ def test_plots_without_an_azimuth_are_not_compared() -> None:
 def test_negative_ranges_are_not_taken_for_a_wrong_height() -> None:
     (said,) = recording().changed(NAME, range_m=-RANGE).diagnosed()
     assert said.code == "measurements_lost"
-    assert "range_m: expected metres" in said.sentence
+    assert "range_m is negative (-" in said.sentence
 
 
 @pytest.mark.parametrize(("copies", "known"), [(0.5, True), (0.2, False)])
@@ -431,6 +433,8 @@ def turned(offsets_deg: tuple[float, ...], sigma_deg: float) -> list[tuple[str, 
         estimate = float(np.radians(offset)), float(np.radians(sigma_deg))
         evidence.biases[number, PARAMETER_AZIMUTH_OFFSET] = estimate
     evidence.record_rows(recording().frame)
+    measured, _ = wire.measurement_batch(recording().frame, evidence.sensors)
+    evidence.record_plots(TrackPlots(measured.track_number, measured))
     return [(one.sensor_id, one.code, one.severity) for one in diagnose(evidence)]
 
 

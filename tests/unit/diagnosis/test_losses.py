@@ -1,12 +1,14 @@
 """Diagnosis of unexplained losses, noise and copies."""
 
 import re
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 import polars as pl
 import pytest
 
+from multiradar import wire
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.losses import check_unexplained_losses, losses_of
@@ -14,8 +16,9 @@ from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.noise import check_scatter
 from multiradar.diagnosis.plots import Plots
 from multiradar.estimation.filters.bank import Outcome
+from multiradar.tracking.outputs import TrackPlots
 from multiradar_schemas.sensors.sensor import Sensor
-from support.inputs.mistaken import SIGMAS, Recording, recording
+from support.inputs.mistaken import RADARS, SIGMAS, Recording, recording
 
 RANGE = pl.col("range_m")
 
@@ -29,6 +32,29 @@ def evidence_of(one: Recording, **outcomes: int) -> Evidence:
     for name, count in outcomes.items():
         evidence.outcomes[0, Outcome[name]] = count
     evidence.confirmed = True
+    return evidence
+
+
+def evidence_of_noise(
+    *ratios: tuple[float, float], turn_rad: float = 0.0
+) -> Evidence:  # fmt: skip
+    """Return the evidence of radars whose noise is so many times the configured sigmas.
+
+    Tracks weave with `turn_rad` as the amplitude of their azimuth.
+    """
+    one = recording()
+    for name, of_range, of_azimuth in zip(RADARS, *zip(*ratios, strict=True), strict=False):
+        one = one.configured(
+            name,
+            range_sigma_m=SIGMAS[0] / max(of_range, 1.0),
+            azimuth_sigma_deg=SIGMAS[1] / max(of_azimuth, 1.0),
+        )
+    evidence = evidence_of(one)
+    measured, _ = wire.measurement_batch(one.frame, evidence.sensors)
+    weave = turn_rad * np.sin(1.1 * np.floor(measured.time_s / 4.9))
+    measured = replace(measured, azimuth_rad=measured.azimuth_rad + weave)
+    evidence.record_plots(TrackPlots(measured.track_number, measured))
+    evidence.noise |= dict(zip(RADARS, ratios, strict=False))
     return evidence
 
 
@@ -216,20 +242,26 @@ def test_sigmas_from_scatter_and_from_noise_are_reported_together() -> None:
 
 @pytest.mark.parametrize(
     ("noise", "severity"),
-    [((2.8, 1.0), "warning"), ((1.0, 0.36), "warning"), ((5.1, 1.0), "error"),
-     ((1.0, 0.2), "error"), ((5.1, 2.8), "error")],
+    [((2.8, 1.0), "warning"), ((1.0, 0.36), "warning"), ((6.1, 1.0), "error"),
+     ((1.0, 0.2), "error"), ((6.1, 2.8), "error")],
 )  # fmt: skip
 def test_noise_some_times_its_sigma_is_a_warning(noise: tuple[float, float], severity: str) -> None:
-    evidence = evidence_of(recording())
-    evidence.noise["1-10"] = noise
+    evidence = evidence_of_noise(noise)
     assert (said(evidence).code, said(evidence).severity) == ("noise", severity)
 
 
 # The noise of a radar with a sigma that is too small shows in the innovations of the others, too.
 def test_noise_that_follows_from_that_of_another_radar_is_not_reported() -> None:
-    evidence = evidence_of(recording())
-    evidence.noise |= {"1-10": (1.0, 4.2), "2-10": (2.0, 1.0), "3-10": (1.0, 1.2)}
+    evidence = evidence_of_noise((1.0, 4.2), (2.0, 1.0), (1.0, 1.2))
     assert said(evidence).sensor_id == "1-10"
+
+
+# Innovations contain the manoeuvres of aircraft.
+@pytest.mark.parametrize("turn_rad", [0.0, 0.01])
+def test_manoeuvres_of_aircraft_are_no_noise(turn_rad: float) -> None:
+    evidence = evidence_of_noise((1.0, 1.0), turn_rad=turn_rad)
+    evidence.noise["1-10"] = (2.3, 2.8)
+    assert diagnose(evidence) == []
 
 
 def test_a_warning_hides_no_losses() -> None:

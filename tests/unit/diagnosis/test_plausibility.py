@@ -8,6 +8,7 @@ import pytest
 
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
+    check_azimuth_unit,
     check_nearer_than_height,
     check_range_unit,
     median_speed,
@@ -175,3 +176,24 @@ def test_fast_traffic_at_low_heights_shows_their_unit(
         assert (
             f"its heights are probably in {unit}: most aircraft are below 3048 m" in said.sentence
         )
+
+
+# A scan period of 1 s has many other periods near it, in both senses.
+@pytest.mark.parametrize(("turn_deg", "aircraft", "code"), [
+    (360.0, 1, None), (360.0, 6, None), (-360.0, 6, "azimuth_anticlockwise"),
+])  # fmt: skip
+def test_few_aircraft_in_one_direction_show_no_sense_of_rotation(
+    turn_deg: float, aircraft: int, code: str | None
+) -> None:
+    rng = np.random.default_rng(1)
+    azimuth_deg = 189.0 + 50.0 * np.arange(aircraft) - 0.06 * np.arange(130)[:, None]
+    time_s = (np.arange(130)[:, None] + azimuth_deg / turn_deg).ravel()
+    measured_deg = azimuth_deg.ravel() + rng.normal(0.0, 0.05, time_s.size)
+    order = np.argsort(time_s)
+    missing = np.full(time_s.size, np.nan)
+    radar = Plots(
+        time_s[order], np.full(time_s.size, 90e3), measured_deg[order] % 360.0, missing, missing,
+        missing, np.full((time_s.size, 3), -1, np.int64),
+    )  # fmt: skip
+    found = check_azimuth_unit("1-10", radar)
+    assert (None if found is None else found.code) == code

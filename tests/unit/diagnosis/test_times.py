@@ -179,3 +179,25 @@ def test_a_pause_of_all_sensors_causes_a_warning(last_gap_s: float, codes: list[
         one.gaps = {START_S + 600.0: one.gap_s} if one.gap_s else {}
     found = check_pauses(sources)
     assert [(one.code, one.severity) for one in found] == [(one, "warning") for one in codes]
+
+
+def _arriving(count: int, each_s: float) -> Source:
+    """Return a radar that sees an aircraft more every so many seconds, first after 300 s."""
+    made = timed("radar", 300.0, 1800.0)
+    time_s = [300.0 + each_s * one + 4.0 * scan for one in range(count) for scan in range(40)]
+    rows = len(time_s)
+    nothing = {name: [None] * rows for name in COLUMNS}
+    named = {"kind": ["radar"] * rows, "time_s": [START_S + one for one in time_s]}
+    number = [one for one in range(count) for _ in range(40)]
+    made.kept = [pl.DataFrame(nothing | named | {"track_number": number})]
+    made.first_s, made.read = START_S + 300.0, rows
+    return made
+
+
+@pytest.mark.parametrize(("each_s", "codes"), [(0.5, ["starts_late"]), (60.0, [])])
+def test_aircraft_that_enter_one_after_the_other_show_no_late_start(
+    each_s: float, codes: list[str]
+) -> None:
+    sources = {"1-10": _arriving(20, each_s), "2-10": timed("radar", 0.0, 1800.0)}
+    sources["1-10"].last_s = START_S + 1800.0
+    assert [one.code for one in check_ends(sources)] == codes

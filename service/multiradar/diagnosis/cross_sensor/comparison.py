@@ -26,7 +26,12 @@ from multiradar.diagnosis.cross_sensor.references import (
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, positions, reported
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
-from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+    SensorTable,
+)
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
 #: Maximum and minimum number of compared plots of a sensor.
@@ -34,6 +39,8 @@ TESTED_MAX = 400
 TESTED_MIN = 20
 #: A sensor agrees with others when this fraction of its plots matches their positions.
 AGREES_MIN = 0.5
+#: Estimated offsets are those of the radar up to so many of their prior standard deviations.
+_PRIOR_SIGMAS = 2.0
 
 Reading = Callable[[Floats, Floats], Polar]
 
@@ -48,6 +55,22 @@ def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float
     return float(sensors.prior_mean[columns[0]]), float(sensors.prior_sigma[columns[0]])
 
 
+# Plots without the offsets that the run estimated, within twice the prior standard deviation.
+def _corrected(plots: Plots, evidence: Evidence, number: int) -> Plots:
+    offsets = []
+    for kind in (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET):
+        configured, sigma = configured_bias(evidence.sensors, number, kind)
+        estimate, _ = evidence.biases.get((number, kind), (configured, 0.0))
+        offsets.append(
+            estimate if abs(estimate - configured) <= _PRIOR_SIGMAS * sigma else configured
+        )
+    return replace(
+        plots,
+        range_m=plots.range_m - offsets[0],
+        azimuth_deg=plots.azimuth_deg - np.degrees(offsets[1]),
+    )
+
+
 class Comparison:
     """The retained plots of each sensor, and the positions of their aircraft by others.
 
@@ -58,9 +81,11 @@ class Comparison:
     ----------
     evidence : Evidence
         Counts and plots of the run.
+    corrected : bool
+        Whether to subtract the estimated offsets of radars, too, where they are not too large.
     """
 
-    def __init__(self, evidence: Evidence) -> None:
+    def __init__(self, evidence: Evidence, *, corrected: bool = False) -> None:
         self._sensors = evidence.sensors
         self._tracked = evidence.tracked()
         self._plots: dict[int, Plots] = {}
@@ -78,6 +103,8 @@ class Comparison:
             if self._sensors.kinds[number] == KIND_POSITION:
                 late_s, _ = evidence.biases.get((number, PARAMETER_TIME_OFFSET), (late_s, 0.0))
             plots = replace(plots, time_s=plots.time_s - late_s)
+            if corrected and self.is_radar(number):
+                plots = _corrected(plots, evidence, number)
             if plots.size:
                 self._plots[number] = plots
 

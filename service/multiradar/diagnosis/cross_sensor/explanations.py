@@ -18,11 +18,13 @@ from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN,
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
+    RARE_RANGE_UNITS,
     READINGS,
     Reading,
     as_given,
     other_sites,
     reversed_from,
+    scaled,
     turned,
 )
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
@@ -46,6 +48,8 @@ MAGNETIC_MAX_DEG = 25.0
 _TURNS_DEG = (90.0, -90.0, 180.0, *(sign * float(one) for one in range(3, 13) for sign in (1, -1)))
 #: Largest azimuth, rad, and the number of outliers accepted beyond it.
 CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
+#: Equal factors of ranges, as a fraction; a smaller one is a gain.
+_FACTOR_WITHIN = 0.05
 #: Times that a clock error is estimated, each from positions at the time by the one before.
 _CLOCK_STEPS = 4
 #: ... from the one of these, s, with which most plots agree.
@@ -134,7 +138,7 @@ def common_mistake(
     """
     radars = [one for one in suspects if comparison.is_radar(one)]
     units = [one for one in READINGS if not one.any_rotation]
-    for reading in (*units, reversed_from("north"), *map(turned, _TURNS_DEG)):
+    for reading in (*units, *RARE_RANGE_UNITS, reversed_from("north"), *map(turned, _TURNS_DEG)):
         shares = []
         for one in radars:
             shares.append(_common_share(comparison, one, suspects, reading))
@@ -227,7 +231,8 @@ def _radar_hypotheses(
 ) -> _Hypotheses:
     plots, site = comparison.tested(number), comparison.site(number)
     compared = len(np.unique(pairs.plot))
-    for reading in READINGS:
+    factor = _range_factor(plots, site, pairs)
+    for reading in (*READINGS, *([] if factor is None else [scaled(factor)])):
         if not _within_a_circle(reading, comparison.plots(number)):
             continue
         measured = reading.polar(plots.range_m, plots.azimuth_deg)
@@ -249,6 +254,18 @@ def _radar_hypotheses(
         found = best_site(plots, measured, site, pairs)
         agreement = polar_agreement(measured, found, pairs, compared=compared)
         yield _by_site(site, found), agreement
+
+
+# What the ranges of named aircraft are to be multiplied by; None where it differs, or is near 1.
+def _range_factor(plots: Plots, site: Site, pairs: Pairs) -> float | None:
+    own = plots.range_m[pairs.plot]
+    if not are_named(pairs) or not (own > 0.0).any():
+        return None
+    seen, _ = seen_from(site, pairs.position_m)
+    low, middle, high = np.quantile((seen[own > 0.0] / own[own > 0.0]), (0.25, 0.5, 0.75))
+    # Offsets of near plots are a large fraction of their range.
+    equal = high - low <= _FACTOR_WITHIN * middle
+    return float(middle) if equal and abs(middle - 1.0) > _FACTOR_WITHIN else None
 
 
 # Distinguishes mils (6400 to a circle) from milliradians, which are nearly equal.

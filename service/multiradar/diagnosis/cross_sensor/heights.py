@@ -7,6 +7,7 @@ from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
 from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Booleans, Floats
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 from multiradar_schemas.measurements.units import FOOT_M
 
@@ -20,7 +21,10 @@ _UNITS = {
     "kilometres": 0.001,
     "metres converted once more as if they were feet": FOOT_M,
 }
-_WITHIN = 0.05
+#: ... within this, as a fraction; the fraction of the heights that have the ratio, at least.
+_WITHIN, _EQUAL_MIN = 0.05, 0.5
+#: Heights this near to the assumed one may not have been reported, m.
+_ASSUMED_WITHIN_M = 20.0
 #: Code of a wrong height of a site.
 HEIGHT_CODE = "site_height_off"
 
@@ -44,12 +48,14 @@ def check_heights(
     )
     own = comparison.tested(number).height_m[chosen.plot]
     _, _, other = ecef_to_geodetic(chosen.position_m)
-    known = np.isfinite(own) & (other > 1000.0)
+    known = np.isfinite(own) & (other > 1000.0) & are_reported(other)
     if np.count_nonzero(known) < TESTED_MIN:
         return None
-    ratio = float(np.median(own[known] / other[known]))
+    ratios = own[known] / other[known]
+    ratio = float(np.median(ratios))
     unit = unit_of(ratio)
-    if not unit:
+    # Heights of other aircraft have any ratio.
+    if not unit or np.mean(np.abs(ratios / ratio - 1.0) <= _WITHIN) < _EQUAL_MIN:
         return None
     return Diagnosis(
         name,
@@ -57,6 +63,11 @@ def check_heights(
         f"{name}: its heights are probably in {unit}: they are {ratio:.3g} times the heights that "
         "other sensors report for the same aircraft; convert them to metres",
     )
+
+
+def are_reported(height_m: Floats) -> Booleans:
+    """Return which heights of positions are not those assumed for aircraft that report none."""
+    return np.asarray(np.abs(height_m - HEIGHT_ASSUMED_M) > _ASSUMED_WITHIN_M)
 
 
 def unit_of(ratio: float) -> str:

@@ -73,7 +73,21 @@ RANGE_UNITS = (
     _range_unit("units of 1/128 NM", NAUTICAL_MILE_M / 128.0),
     _range_unit("units of 1/256 NM", NAUTICAL_MILE_M / 256.0),
 )
-#: Possible units of azimuth, rad; the last two are counts of an encoder.
+#: Rarer ones, tried where all radars have them, or with the factor that the plots show.
+RARE_RANGE_UNITS = tuple(
+    _range_unit(name, metres)
+    for name, metres in {
+        "statute miles": 1609.344,
+        "decimetres": 0.1,
+        "decametres": 10.0,
+        "hectometres": 100.0,
+        **{f"units of 1/{parts} NM": NAUTICAL_MILE_M / parts for parts in (8, 16, 32, 64)},
+        "microseconds from pulse to echo": 149.896,
+    }.items()
+)
+#: A factor of ranges is that of a unit within this.
+_UNIT_WITHIN = 0.01
+#: Possible units of azimuth, rad; the last ones are counts of an encoder.
 AZIMUTH_UNITS = (
     _azimuth_unit("radians", 1.0),
     _azimuth_unit("revolutions", 2.0 * np.pi),
@@ -83,6 +97,8 @@ AZIMUTH_UNITS = (
     _azimuth_unit("tenths of a degree", np.pi / 1800.0),
     _azimuth_unit("hundredths of a degree", np.pi / 18_000.0),
     _azimuth_unit("counts of 4096 per revolution", np.pi / 2048.0),
+    _azimuth_unit("counts of 8192 per revolution", np.pi / 4096.0),
+    _azimuth_unit("counts of 16 384 per revolution", np.pi / 8192.0),
     _azimuth_unit("counts of 65 536 per revolution", np.pi / 32_768.0),
 )
 HALVED_AZIMUTHS = Reading(
@@ -157,6 +173,22 @@ def _range_factor(word: str, other: str, factor: float) -> Reading:
         f"its ranges are probably {word} the true distances",
         f"{other} those ranges",
         f"multiply them by {factor:g}",
+    )
+
+
+def scaled(factor: float) -> Reading:
+    """Return the interpretation of ranges that are to be multiplied by a factor, as of a unit."""
+    for unit in RARE_RANGE_UNITS:
+        metres, _ = unit.polar(np.ones(1), np.zeros(1))
+        if abs(metres[0] / factor - 1.0) <= _UNIT_WITHIN:
+            return unit
+    times = f"{1.0 / factor:.3g}"
+    return Reading(
+        "range_factor",
+        lambda ranges, azimuths: (ranges * factor, np.radians(azimuths)),
+        f"its ranges are probably {times} times the true distances",
+        f"ranges divided by {times}",
+        "check their unit",
     )
 
 

@@ -44,6 +44,8 @@ OFFSET_CODE = "bias"
 COMMON_AZIMUTH = float(np.radians(1.0))
 #: An offset is unusual from this number of prior standard deviations on.
 LARGE_SIGMAS = 2.0
+#: Tracks with plots of other sensors that show it, at least.
+_LARGE_TRACKS_MIN = 3
 #: Jumps of azimuth from this value on, rad, are reported: more than drifting offsets change. The
 #: first and the last part of the plots show the offsets, least number of plots of each, and largest
 #: scatter about them in proportion to the jump: a drift scatters more.
@@ -259,6 +261,9 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
         apart = abs(estimate - configured)
         if not max(LARGE[kind], SIGMAS * sigma, LARGE_SIGMAS * prior_sigma) <= apart:
             continue
+        if _common_tracks(evidence, number) < _LARGE_TRACKS_MIN:
+            # Plots of another aircraft in one track are an offset, too.
+            continue
         name = sensors.ids[number]
         found[name] = Diagnosis(
             name,
@@ -267,6 +272,13 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
             "warning",
         )
     return list(found.values())
+
+
+# Number of tracks with plots of a sensor and of others.
+def _common_tracks(evidence: Evidence, number: int) -> int:
+    tracked = evidence.tracked()
+    own = tracked.measured.sensor == number
+    return len(np.intersect1d(tracked.track_id[own], tracked.track_id[~own]))
 
 
 def _large(kind: int, estimate: float, configured: float, prior_sigma: float) -> str:

@@ -92,6 +92,10 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
     if unit is not None:
         return _of_unit(name, unit, azimuth, best)
     if _rotates(given, time_s) and given.period_s < 0.0:
+        clockwise = coherence_at(time_s, np.radians(azimuth), -given.period_s)
+        # Few aircraft in one direction advance with an antenna in either sense.
+        if clockwise >= SURELY or not 1.0 - clockwise > CLOSER * (1.0 - given.coherence):
+            return None
         return Diagnosis(
             name,
             "azimuth_anticlockwise",

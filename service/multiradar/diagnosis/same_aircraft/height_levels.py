@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
-from multiradar.diagnosis.cross_sensor.heights import unit_of
+from multiradar.diagnosis.cross_sensor.heights import are_reported, unit_of
 from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import heights_differ
@@ -18,7 +18,7 @@ from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.motion.height_steps import FLIGHT_LEVEL_M, are_stepped
 from multiradar.diagnosis.motion.vertical_rates import pairs_apart
 from multiradar.diagnosis.names import listed
-from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Floats, Plots, positions
+from multiradar.diagnosis.plots import Floats, Plots, positions
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 
 #: Smallest difference of heights that is reported, m, and how far half of them are from it at
@@ -26,7 +26,6 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic
 OFF_MIN_M, SPREAD_MAX_M = 150.0, 100.0
 #: ... between radars and reported positions, which may be geometric heights.
 REPORTED_OFF_MIN_M = 250.0
-_ASSUMED_WITHIN_M = 20.0
 #: One height is a placeholder if this fraction of the heights of so many aircraft has it; without
 #: others that contradict it, of more aircraft.
 _SAME_MIN, _AIRCRAFT_MIN, _AIRCRAFT_ALONE_MIN = 0.98, 5, 8
@@ -106,9 +105,7 @@ def _both(
     own_m = comparison.tested(number).height_m[pairs.plot]
     _, _, other_m = ecef_to_geodetic(pairs.position_m)
     rows = np.flatnonzero(
-        np.isin(pairs.source, list(others))
-        & np.isfinite(own_m)
-        & (np.abs(other_m - HEIGHT_ASSUMED_M) > _ASSUMED_WITHIN_M)
+        np.isin(pairs.source, list(others)) & np.isfinite(own_m) & are_reported(other_m)
     )
     return own_m[rows], other_m[rows], pairs.select(rows)
 
@@ -146,7 +143,7 @@ def _with_heights(comparison: Comparison, pairs: Pairs, varied: list[int]) -> li
     if not are_named(pairs):
         return []
     _, _, other_m = ecef_to_geodetic(pairs.position_m)
-    known = np.abs(other_m - HEIGHT_ASSUMED_M) > _ASSUMED_WITHIN_M
+    known = are_reported(other_m)
     return [
         one
         for one in varied

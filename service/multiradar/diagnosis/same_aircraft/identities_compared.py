@@ -13,6 +13,7 @@ import polars as pl
 
 from multiradar.diagnosis.cross_sensor.clocks import late_positions
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MAX, TESTED_MIN, Comparison
+from multiradar.diagnosis.cross_sensor.plausibility import SPEED_MIN_MPS, median_speed
 from multiradar.diagnosis.cross_sensor.references import candidate_pairs, common_key
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
@@ -67,7 +68,9 @@ def _check(
     asked = [
         one
         for one in comparison.numbers
-        if names[one] not in named and (comparison.plots(one).keys[:, key] >= 0).any()
+        if names[one] not in named
+        and (comparison.plots(one).keys[:, key] >= 0).any()
+        and not _are_still(comparison, one, key)
     ]
     alike = {
         pair: result
@@ -87,6 +90,14 @@ def _check(
         than = listed([names[other] for other in right])
         found.append(_of_form(names[one], key, form, than, is_sure=is_sure))
     return found
+
+
+# Whether the aircraft of a radar do not fly: its ranges are in a larger unit.
+def _are_still(comparison: Comparison, number: int, key: int) -> bool:
+    plots, site = comparison.plots(number), comparison.site_of_radar(number)
+    if site is None:
+        return False
+    return median_speed(plots, plots.range_m, site, plots.keys[:, key]) < SPEED_MIN_MPS
 
 
 # The sensors without which none differ: those first that differ from the most others, and agree

@@ -19,6 +19,7 @@ from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.motion.reports import check_minutes
 from multiradar.diagnosis.motion.vertical_rates import check_height_scatter, check_vertical_rates
 from multiradar.diagnosis.plots import Plots, Site
+from multiradar.diagnosis.scans import coherence_at
 from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import (
     check_constant,
@@ -32,6 +33,9 @@ from multiradar.diagnosis.single_sensor.height_units import (
 )
 from multiradar.diagnosis.single_sensor.jumps import check_jumps, check_shifted
 from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded, check_wrapped
+
+#: Coherence of azimuths and times of a rotating antenna, at least, also among clutter.
+_ADVANCES_MIN = 0.5
 
 
 def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
@@ -79,11 +83,19 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         check_two_radars(name, plots),
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
-        check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
+        check_rounded(name, plots, _of_columns(plots, period_s, sigmas)),
         check_filled_heights(name, plots, comparison.site(number))
         or check_height_unit(name, plots, comparison.site(number))
         or _of_rates(name, plots, comparison.site(number)),
     )
+
+
+# The sigmas of the columns whose steps are those of rounding: counts modulo 360 are whole degrees,
+# too, but do not advance with the antenna.
+def _of_columns(plots: Plots, period_s: float, sigmas: tuple[float, float]) -> dict[str, float]:
+    azimuth = np.radians(plots.azimuth_deg)
+    turns = np.isnan(period_s) or (coherence_at(plots.time_s, azimuth, period_s) >= _ADVANCES_MIN)
+    return {"range_m": sigmas[0]} | ({"azimuth_deg": sigmas[1]} if turns else {})
 
 
 # Heights by time, which rely on identities that are not those of other plots.

@@ -32,6 +32,7 @@ _SHIFTED_MAX = 0.25
 #: Single plots off the path that are compared with the paths of others, and their distance from
 #: them, m: that of noise and of turns between two plots.
 SINGLE_TESTED_MAX, ON_PATH_M = 300, 1500.0
+OTHER_ROWS = "other_rows"
 
 
 def check_paths(
@@ -102,7 +103,7 @@ def check_jumps(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
             continue
         return Diagnosis(
             name,
-            "other_rows",
+            OTHER_ROWS,
             f"{name}: {key} probably belongs to other rows: {words}; check how the plots and "
             "their identities were joined",
         )
@@ -145,7 +146,7 @@ def check_shifted(name: str, plots: Plots) -> Diagnosis | None:
                 of = f"the row {where}" if abs(rows) == 1 else f"{abs(rows)} rows {where}"
                 return Diagnosis(
                     name,
-                    "other_rows",
+                    OTHER_ROWS,
                     f"{name}: its {column} probably belongs to other rows: with that of {of}, "
                     f"aircraft fly on steadily ({jumps:.0%} of their steps are too long as "
                     "recorded); check how the columns were joined",

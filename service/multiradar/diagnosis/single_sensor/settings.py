@@ -15,6 +15,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.single_sensor.detections import check_detections
+from multiradar.diagnosis.single_sensor.track_scatter import track_scatter
 from multiradar.diagnosis.sites import check_displaced
 
 
@@ -48,7 +49,7 @@ def check_settings(
         else None,
         repeated,
         None if causes else check_displaced(evidence, name),
-        noise.check_noise(evidence, name, causes=causes),
+        noise.check_noise(evidence, name, track_scatter(evidence, number), causes=causes),
         noise.check_scatter(
             evidence, name, comparison.plots(number), aircraft_of(comparison.plots(number))
         )

@@ -90,3 +90,9 @@ def test_two_sensors_do_not_show_whose_heights_are_off() -> None:
 def test_pressure_and_geometric_heights_are_no_mistake(off_m: float) -> None:
     one = with_reports(recording(positions=True))
     assert one.changed("adsb", height_m=HEIGHT + off_m).codes() == []
+
+
+def test_heights_that_others_do_not_report_are_not_compared() -> None:
+    """Regression: light aircraft at 0.3 of the height that is assumed for those without one."""
+    one = recording().changed(*RADARS, height_m=pl.lit(2100.0) + 3.0 * pl.col("track_number"))
+    assert one.changed(*OTHERS, height_m=NOTHING).codes() == []
