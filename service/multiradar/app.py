@@ -232,7 +232,7 @@ class Application:
         def on_progress(done: int, total: int) -> None:
             nonlocal logged_s
             now_s = clock.monotonic_s()
-            self.service.note_start(f"compiling kernels (first use): {done} of {total}")
+            self.service.start_step = f"compiling kernels (first use): {done} of {total}"
             if now_s - logged_s >= _LOG_PERIOD_S or done in (0, total):
                 logged_s = now_s
                 elapsed_s = round(now_s - started_s)
@@ -246,7 +246,7 @@ class Application:
             feeds=self._feeds is not None,
         )
         compile_ahead(kernels_for(purposes), on_progress)
-        self.service.note_start("loading kernels")
+        self.service.start_step = "loading kernels"
 
     def stop(self) -> None:
         """Stop ingest, finish pending work, close everything; valid in any state.

@@ -14,7 +14,7 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import FailFast, TypeAdapter, ValidationError
+from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
 from multiradar_converters.normalised.json_columns import parse_array, parse_lines
 from multiradar_converters.normalised.parsed import (
@@ -41,7 +41,10 @@ HINTS_MAX, HINT_LENGTH_MAX = 8, 40
 # Of most rows it is enough to copy so many.
 _ROW_CHARACTERS = 1024
 
-_ROWS: TypeAdapter[list[Measurement]] = TypeAdapter(Annotated[list[Measurement], FailFast()])
+# Texts that it caches would keep the memory of the whole message in which they first occurred.
+_ROWS: TypeAdapter[list[Measurement]] = TypeAdapter(
+    Annotated[list[Measurement], FailFast()], config=ConfigDict(cache_strings="keys")
+)
 _WHITESPACE = " \t\n\r"
 # Brackets, and texts, in which they do not count. Possessive: without it the search keeps 64 octets
 # for each escape of a text, to come back to it.

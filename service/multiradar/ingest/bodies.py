@@ -53,7 +53,7 @@ def decode(media_type: str, body: bytes, rows_max: int) -> Decoded:
         status = 413 if error.code is RejectCode.TOO_LARGE else 400
         raise RequestError(status, str(error.code), error.reason) from error
     rejected = tuple(
-        RejectedRow(row.index, str(row.code), row.reason, row.raw) for row in parsed.rejected
+        RejectedRow(row.index, row.code.value, row.reason, row.raw) for row in parsed.rejected
     )
     return Decoded(parsed.frame, rejected)
 

@@ -26,6 +26,7 @@ from multiradar.ingest.http_requests import (
     require_query,
     source_of,
 )
+from multiradar.ingest.turns import Turns
 from multiradar.runtime.live.receipt import Receipt, key_of_sender, receipt_json
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds
@@ -98,11 +99,18 @@ class IntakeBounds:
     acknowledge_deadline_s : float
         Maximum wait for the journal, or for the tracker at the end of a stream, before the answer
         is 503.
+    large_octets : int
+        Size from which a body waits for its turn.
+    large_octets_max : int
+        Maximum total size of such bodies whose rows are in memory: these take several times as
+        much as the body.
     """
 
     rows_max: int = 100_000
     threads: int = 2
     acknowledge_deadline_s: float = 30.0
+    large_octets: int = 1 << 20
+    large_octets_max: int = 16 << 20
 
 
 def measurement_routes(
@@ -159,6 +167,7 @@ class _Intake:
         self._sink = sink
         self._bounds = bounds
         self._threads = ThreadPoolExecutor(bounds.threads, thread_name_prefix="multiradar-intake")
+        self._turns = Turns(bounds.large_octets, bounds.large_octets_max)
 
     async def measurements(self, request: Request) -> Response:
         require_query(request)
@@ -166,6 +175,8 @@ class _Intake:
         caller: Caller = request.state.caller
         key = idempotency_key(request)
         body = await body_of(request)
+        # Before its rows are read, which takes a second at the maximum size.
+        self._sink.require_source(source_of(caller))
 
         def submit() -> Future[Receipt]:
             decoded = of_allowed_sensors(
@@ -178,9 +189,10 @@ class _Intake:
                 rejected=decoded.rejected,
             )
 
-        receipt = await self._acknowledged(submit, _JOURNAL_LATE)
-        _log_sender(request, caller, receipt)
-        return await self._answered(receipt)
+        async with self._turns.of(len(body)):
+            receipt = await self._acknowledged(submit, _JOURNAL_LATE)
+            _log_sender(request, caller, receipt)
+            return await self._answered(receipt)
 
     async def flush(
         self,

@@ -208,6 +208,21 @@ class HandoverSink(Protocol):
 class OperatedSink(MeasurementSink, Protocol):
     """The running service for senders, and for those who operate it."""
 
+    def require_source(self, source: str) -> None:
+        """Reject the next message of a source, whatever it is, before its rows are read.
+
+        Parameters
+        ----------
+        source : str
+            The sender.
+
+        Raises
+        ------
+        QuarantineError
+            If the source is in quarantine; the message is to be sent later.
+        """
+        ...
+
     def flush(
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:

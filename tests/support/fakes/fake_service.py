@@ -9,7 +9,7 @@ from typing import Any
 
 import polars as pl
 
-from multiradar.errors import LiveStreamError
+from multiradar.errors import LiveStreamError, QuarantineError
 from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
@@ -260,6 +260,7 @@ class FakeService:
     reasons: tuple[Reason, ...] = ()
     stalled: str = ""
     start_step: str = ""
+    quarantined_sources: tuple[str, ...] = ()
     quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)
@@ -270,6 +271,10 @@ class FakeService:
     def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
         rows = [row for row in self.quarantine if code in (None, row.row.code)]
         return [row for row in rows if row.number > after][:limit]
+
+    def require_source(self, source: str) -> None:
+        if source in self.quarantined_sources:
+            raise QuarantineError(source, 0.5)
 
     def submit(
         self,

@@ -100,6 +100,7 @@ class MeasurementInlet:
         """Ingest a sample."""
         self._counts.add(messages_read=1)
         try:
+            self._intake.require_source(SOURCE)
             decoded = read_payload(message.key, message.media_type, message.payload, self._bounds)
             future = self._submit(decoded, self._idempotency_key(message))
         except PayloadError as error:
@@ -180,6 +181,7 @@ class MeasurementInlet:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
             raise PayloadError("MISSING_FIELD", "the query contains no measurements")
+        self._intake.require_source(SOURCE)
         decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
         return self._submit(decoded, idempotency_key)
 

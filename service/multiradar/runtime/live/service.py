@@ -129,7 +129,7 @@ class Service:
         self._intake = Intake(self._limits, threads, self._clock)
         self._backlog = Backlog(self._limits.backlog_rows_max, threads)
         self._state = ServiceState.STOPPED
-        self._start_step = ""
+        self.start_step = ""  # for `/readyz`; empty once the service runs
         self._changing = threading.Lock()
         self._journal: Journal | None = None
         self._was_started = False
@@ -180,15 +180,6 @@ class Service:
         moved_s = None if self._processor is None else self._processor.moved_s
         return stall(moved_s, self._clock.monotonic_s(), self._limits.stall_max_s)
 
-    @property
-    def start_step(self) -> str:
-        """The present step of the start; empty once the service runs."""
-        return self._start_step
-
-    def note_start(self, step: str) -> None:
-        """Set the present step of the start, for `/readyz`."""
-        self._start_step = step
-
     def open(self) -> Journal:
         """Open the journal, ahead of `start`, and return it.
 
@@ -221,7 +212,7 @@ class Service:
                 raise PipelineError("the service has already been started; create a new one")
             self._was_started = True
             self._state = ServiceState.RECOVERING
-            self.note_start("replaying the journal")
+            self.start_step = "replaying the journal"
             try:
                 self._replay(following)
                 if not following:
@@ -231,7 +222,7 @@ class Service:
                 self._let_go()
                 raise
             finally:
-                self._start_step = ""
+                self.start_step = ""
             self._state = ServiceState.STANDBY if following else ServiceState.RUNNING
 
     def follow(self, until: int) -> int:
@@ -280,6 +271,10 @@ class Service:
             if self._processor is not None:
                 self._processor.close()
             self._state = ServiceState.STOPPED
+
+    def require_source(self, source: str) -> None:
+        """Reject a source in quarantine; see `MeasurementSink.require_source`."""
+        self._intake.sources.require_now(source)
 
     def submit(
         self,
@@ -433,7 +428,7 @@ class Service:
         self.publication.diagnosis.record(frame, entry.rejects)
 
     def _state_reason(self) -> Reason | None:
-        return state_reason(self.failure, self._state, self._start_step)
+        return state_reason(self.failure, self._state, self.start_step)
 
     def _space(self) -> Space | None:
         return None if self._journal is None else self._journal.space()

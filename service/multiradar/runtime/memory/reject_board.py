@@ -7,7 +7,7 @@ import json
 import threading
 from collections import Counter, deque
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -21,6 +21,37 @@ SOURCES_MAX = 64
 OTHER_SOURCES = "other"
 # Source of what the tracker rejects.
 _TRACKER = "tracker"
+
+
+class Packed(NamedTuple):
+    """Rejected rows of a message and a code, in one piece.
+
+    As objects they would keep the memory of the message in which they were made: they are spread
+    over it, and it is returned only where nothing is in use.
+
+    Attributes
+    ----------
+    number : int
+        Number of the first row within its code, from 1.
+    sequence : int
+        Journal entry.
+    source : str
+        Input it was received from.
+    rows : bytes
+        Index, reason and content of each row, as JSON.
+    """
+
+    number: int
+    sequence: int
+    source: str
+    rows: bytes
+
+    def unpacked(self, code: str) -> list[Quarantined]:
+        """Return the rows, of a code."""
+        return [
+            Quarantined(number, self.sequence, self.source, RejectedRow(index, code, reason, raw))
+            for number, (index, reason, raw) in enumerate(json.loads(self.rows), self.number)
+        ]
 
 
 class RejectBoard:
@@ -38,7 +69,7 @@ class RejectBoard:
         "_counts": Counter[str],
         "_sources": dict[str, Counter[str]],
         "_twice": Counter[int],
-        "_last": dict[str, deque[Quarantined]],
+        "_last": dict[str, deque[Packed]],
     }
 
     def __init__(self, sensors: SensorTable, kept_max: int) -> None:
@@ -48,7 +79,7 @@ class RejectBoard:
         self._counts: Counter[str] = Counter()
         self._sources: dict[str, Counter[str]] = {}
         self._twice: Counter[int] = Counter()
-        self._last: dict[str, deque[Quarantined]] = {}
+        self._last: dict[str, deque[Packed]] = {}
         self._lock = threading.Lock()
 
     @property
@@ -72,22 +103,18 @@ class RejectBoard:
     def last(self, code: str) -> list[Quarantined]:
         """Return the last rows of a code, oldest first; they are numbered within their code."""
         with self._lock:
-            return list(self._last.get(code, ()))
+            pieces = list(self._last.get(code, ()))
+        return [row for piece in pieces for row in piece.unpacked(code)][-self._kept_max :]
 
     def record(self, sequence: int, source: str, rows: Sequence[RejectedRow]) -> None:
         """Record the rejected rows of a message."""
-        by_code = Counter(row.code for row in rows)
-        # Of a message of 100 000 only the last are retained.
-        left = dict(by_code)
+        by_code: dict[str, list[RejectedRow]] = {}
+        for row in rows:
+            by_code.setdefault(row.code, []).append(row)
         with self._lock:
-            for row in rows:
-                left[row.code] -= 1
-                if left[row.code] < self._kept_max:
-                    number = self._counts[row.code] + by_code[row.code] - left[row.code]
-                    self._keep(Quarantined(number, sequence, source, row))
-            for code, count in by_code.items():
-                self._counts[code] += count
-                self._count(source or _TRACKER, code, count)
+            for code, those in by_code.items():
+                self._keep(sequence, source, code, those)
+                self._count(source or _TRACKER, code, len(those))
 
     def record_duplicates(self, found: Duplicates, entries: Sequence[tuple[int, int]]) -> None:
         """Record measurements accepted first and then found to be duplicates.
@@ -106,13 +133,10 @@ class RejectBoard:
         raw = wire.measurement_rows(found.batch.select(slice(skipped, None)), self.sensors)
         with self._lock:
             self._counts[code] += skipped
-            self._count(_TRACKER, code, skipped)
+            self._count(_TRACKER, code, len(found))
             self._twice.update(found.batch.sensor.tolist())
             for (sequence, index), reason, row in zip(entries[skipped:], reasons, raw, strict=True):
-                self._counts[code] += 1
-                self._count(_TRACKER, code, 1)
-                rejected = RejectedRow(index, code, reason, json.dumps(row))
-                self._keep(Quarantined(self._counts[code], sequence, "", rejected))
+                self._keep(sequence, "", code, [RejectedRow(index, code, reason, json.dumps(row))])
 
     def clear(self) -> None:
         """Discard everything: the journal is replayed."""
@@ -127,6 +151,13 @@ class RejectBoard:
             source = OTHER_SOURCES
         self._sources.setdefault(source, Counter())[code] += rows
 
-    def _keep(self, rejected: Quarantined) -> None:
-        kept = self._last.setdefault(rejected.row.code, deque(maxlen=self._kept_max))
-        kept.append(rejected)
+    def _keep(self, sequence: int, source: str, code: str, rows: Sequence[RejectedRow]) -> None:
+        # Of a message of 100 000 only the last are retained.
+        last = rows[-self._kept_max :]
+        self._counts[code] += len(rows)
+        number = self._counts[code] - len(last) + 1
+        text = json.dumps([(row.index, row.reason, row.raw) for row in last])
+        kept = self._last.setdefault(code, deque())
+        kept.append(Packed(number, sequence, source, text.encode()))
+        while len(kept) > 1 and self._counts[code] - kept[1].number + 1 >= self._kept_max:
+            kept.popleft()

@@ -268,6 +268,17 @@ async def test_a_key_that_is_not_printable_is_rejected(client: httpx.AsyncClient
     assert (answer.status_code, answer.json()["code"]) == (400, "IDEMPOTENCY_KEY_INVALID")
 
 
+async def test_a_body_of_a_source_in_quarantine_is_not_decoded(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.quarantined_sources = ("http",)
+    answer = await _post(client, b"this would be answered 400")
+    assert (answer.status_code, answer.json()["code"]) == (429, "SOURCE_QUARANTINED")
+    assert int(answer.headers["retry-after"]) >= 1
+    service.quarantined_sources = ("zenoh",)
+    assert (await _post(client, json.dumps([_PLOT]).encode())).status_code == 200
+
+
 async def test_a_key_of_the_greatest_length_is_taken(client: httpx.AsyncClient) -> None:
     answer = await _post(client, b"[]", **{"idempotency-key": "a" * 128})
     assert answer.status_code == 200

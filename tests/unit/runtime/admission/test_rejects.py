@@ -130,3 +130,20 @@ def test_a_near_duplicate_reports_its_distance() -> None:
     assert found.reasons() == [
         "duplicate of the plot of the same sensor at 5.0 s: 0.250 s, 7.2 m and 0.0100° apart"
     ]
+
+
+def test_of_rows_in_few_messages_and_in_many_the_same_number_is_retained() -> None:
+    rows = [RejectedRow(at, "OUT_OF_RANGE", f"was {at}", "\udcff\u00e9") for at in range(25)]
+    whole, single = RejectBoard(TABLE, 10), RejectBoard(TABLE, 10)
+    for board, size in ((whole, 25), (single, 1)):
+        for first in range(0, 25, size):
+            board.record(3, "http", rows[first : first + size])
+    last = whole.last("OUT_OF_RANGE")
+    assert [(one.number, one.sequence, one.source) for one in last] == [
+        (number, 3, "http") for number in range(16, 26)
+    ]
+    assert [one.row for one in last] == rows[15:]
+    assert single.last("OUT_OF_RANGE") == last
+    whole.record(4, "http", rows[:3])
+    assert [one.number for one in whole.last("OUT_OF_RANGE")] == list(range(19, 29))
+    assert whole.last("TRUNCATED") == []
