@@ -33,11 +33,13 @@ from validation.mistakes.mistake import SENSORS, Mistake, Sample
 from validation.mistakes.mistakes_catalogue import CATALOGUE
 from validation.mistakes.recording_mistakes import RECORDING_MISTAKES
 from validation.mistakes.usage_mistakes import USAGE_MISTAKES
+from validation.mistakes.value_mistakes import VALUE_MISTAKES
 
 ALL = (
     *CATALOGUE,
     *COLUMN_MISTAKES,
     *RECORDING_MISTAKES,
+    *VALUE_MISTAKES,
     *DUMP_MISTAKES,
     *FILE_MISTAKES,
     *USAGE_MISTAKES,

@@ -22,7 +22,9 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     EXCHANGED,
     MIRRORED,
     RANGE_UNITS,
+    RARE_RANGE_UNITS,
     Polar,
+    Reading,
     as_given,
 )
 from multiradar.diagnosis.cross_sensor.identities import check_identities
@@ -60,12 +62,12 @@ from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MI
 from multiradar.diagnosis.single_sensor.height_units import check_height_unit
 from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.single_sensor.steps import check_rounded, check_wrapped
-from multiradar.diagnosis.times import check_ends, check_gaps, check_times
+from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import Sensor
 
-_READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
+_READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, *RARE_RANGE_UNITS)
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
 #: Code of a file of which many records were rejected.
@@ -82,6 +84,8 @@ COPIES_MIN = 1.0 / 3.0
 _MEASURED = ("time_s", "range_m", "azimuth_deg")
 #: Of reported positions, where it is not configured, m.
 _POSITION_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
+#: Fraction of the plots that fit their positions in the recording, at least.
+_FITS_MIN = 0.2
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -122,8 +126,11 @@ def diagnose_conversion(
         evidence = Evidence(sensors, sources=sources)
         found += check_names(evidence)
     if not rejected:
-        # A part of the rows has any times.
-        found += [*check_times(sources), *check_gaps(sources)]
+        # A part of the rows has any times; those in another unit end early.
+        times = [*check_times(sources), *check_gaps(sources)]
+        if any(one.code == TIME_UNIT for one in times):
+            found = []
+        found += times
     # The check of the files names the truncated one.
     ends = [] if found else [*check_ends(sources), *check_pauses(sources)]
     found += [one for one in ends if one.severity == "error"]
@@ -364,26 +371,44 @@ def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis
     before, _ = _around_a_site(plots, as_given(plots.range_m, plots.azimuth_deg))
     if before.compared < TESTED_MIN or before.share >= AGREES_MIN:
         return None
+    found: list[tuple[Reading, Agreement, Site]] = []
     for reading in _READINGS:
         _, largest = reading.polar(np.zeros(1), np.array([largest_deg]))
         if reading in AZIMUTH_UNITS and largest[0] > CIRCLE_MAX_RAD:
             continue
         agreement, site = _around_a_site(plots, reading.polar(plots.range_m, plots.azimuth_deg))
-        if agreement.share >= AGREES_MIN:
-            latitude, longitude = np.degrees(site[:2])
-            words = {"origin": "north"}
-            ends = ""
-            if reading in AZIMUTH_UNITS and largest_deg:
-                ends = f", with a maximum of {largest_deg:.0f}"
-            return Diagnosis(
-                name,
-                reading.code,
-                f"{name}: {reading.mistake}{ends}: with {reading.with_it.format(**words)}, "
-                f"{agreement.share:.0%} of its plots match their positions in the recording for a "
-                f"site near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as recorded); "
-                f"{reading.remedy}",
-            )
-    return None
+        # Similar units fit, too, where only a part of each circle was accepted.
+        if agreement.share >= max([AGREES_MIN, *(1.1 * one.share for _, one, _ in found)]):
+            found.append((reading, agreement, site))
+    if found:
+        return _of_reading(name, found[-1], before.share, largest_deg)
+    if before.share >= _FITS_MIN:
+        return None
+    return Diagnosis(
+        name,
+        "positions_differ",
+        f"{name}: its ranges and azimuths do not fit the positions that the recording gives its "
+        f"plots: only {before.share:.0%} of them do, for any site, and no other unit explains "
+        "this; check the columns of ranges and azimuths, or leave the positions out",
+    )
+
+
+def _of_reading(
+    name: str, found: tuple[Reading, Agreement, Site], before: float, largest_deg: float
+) -> Diagnosis:
+    reading, agreement, site = found
+    latitude, longitude = np.degrees(site[:2])
+    ends = ""
+    if reading in AZIMUTH_UNITS and largest_deg:
+        ends = f", with a maximum of {largest_deg:.0f}"
+    return Diagnosis(
+        name,
+        reading.code,
+        f"{name}: {reading.mistake}{ends}: with {reading.with_it.format(origin='north')}, "
+        f"{agreement.share:.0%} of its plots match their positions in the recording for a "
+        f"site near {latitude:.2f}, {longitude:.2f} ({before:.0%} as recorded); "
+        f"{reading.remedy}",
+    )
 
 
 def _around_a_site(plots: Plots, measured: Polar) -> tuple[Agreement, Site]:

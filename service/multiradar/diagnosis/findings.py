@@ -127,7 +127,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     for name in known:
         if name not in named:
             found += check_settings(evidence, comparison, name, causes=causes)
-    found = found or check_large_offsets(evidence)
+    found = found or check_large_offsets(evidence, comparison)
     found = _with_all_of_one(evidence, found)
     found = _with_split(found, check_split_radars(comparison, evidence.sensors.ids))
     found += _placeholders(evidence, comparison, {one.sensor_id for one in found})

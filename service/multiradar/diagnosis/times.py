@@ -12,7 +12,9 @@ from multiradar.diagnosis.names import first_and_last, listed
 from multiradar.diagnosis.plots import Floats, plots_of, positions
 from multiradar_schemas.documents.names import PER_SECOND
 
-TIMES_APART = "times_apart"
+TIMES_APART, TIME_UNIT = "times_apart", "time_unit"
+#: Sensors of one recording start and end within this, s.
+_TOGETHER_S = 60.0
 _NAMES = ("mode_s_address", "track_number", "mode_3a")
 #: A radar is anywhere: distances between its plots do not depend on its site.
 _SITE = (0.0, 0.0, 0.0)
@@ -347,8 +349,16 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         f"its measurements are from {utc(own[0])} to {utc(own[1])}, the measurements of the other "
         f"sensors from {utc(rest[0])} to {utc(rest[1])}"
     )
+    code = TIMES_APART
     if unit := _unit(own[0], rest[0]):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
+    elif unit := _unit_of_day(own, rest):
+        code = TIME_UNIT
+        cause, remedy = f"its times of day are probably in {unit}", "convert them to seconds"
+    elif unit := _unit_of_day(rest, own):
+        code = TIME_UNIT
+        cause = f"the times of day of the other sensors are probably in {unit}"
+        remedy = "convert them to seconds"
     elif abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
@@ -356,7 +366,7 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         remedy = "use the same time format for all sensors"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude the sensor"
-    return Diagnosis(name, TIMES_APART, f"{name}: {cause}: {spans}; {remedy}")
+    return Diagnosis(name, code, f"{name}: {cause}: {spans}; {remedy}")
 
 
 # The unit in which a time is another one, s; days of a spreadsheet count from 1899-12-30.
@@ -367,6 +377,20 @@ def _unit(own: float, rest_s: float) -> str:
         return ""
     units = PER_SECOND | {"hours": 1.0 / 3600.0, "days": 1.0 / DAY_S}
     return next((name for name, per_s in units.items() if 0.99 < own / rest_s / per_s < 1.01), "")
+
+
+# The unit of times of day with a date, by their first and their last one.
+def _unit_of_day(own: tuple[float, float], rest_s: tuple[float, float]) -> str:
+    day, units = np.floor(rest_s[0] / DAY_S) * DAY_S, {"minutes": 60.0, "hours": 3600.0}
+    (first, last), (first_s, last_s) = ((one[0] - day, one[1] - day) for one in (own, rest_s))
+    for name, seconds in units.items():
+        # Sensors that start together are as far apart as their first measurements.
+        if all(
+            time > 0.0 and abs(seconds * time - time_s) <= _TOGETHER_S
+            for time, time_s in ((first, first_s), (last, last_s))
+        ):
+            return name
+    return ""
 
 
 def _shift(later_s: float) -> str:

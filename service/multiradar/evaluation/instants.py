@@ -139,7 +139,7 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
     if (end - begin) / step_s > INSTANTS_MAX:
         msg = (
             f"expected at most {INSTANTS_MAX} instants, found {(end - begin) / step_s:.0f} "
-            f"({end - begin:.0f} s of reference in steps of {step_s:g} s)"
+            f"({end - begin:.0f} s of reference in steps of {step_s:g} s); increase the step"
         )
         raise InputError(msg)
     start = np.ceil(begin / step_s - _ROUNDING) * step_s

@@ -1,6 +1,5 @@
 """Settings of an evaluation."""
 
-import math
 from dataclasses import dataclass, fields
 
 from multiradar.errors import ConfigurationError
@@ -46,7 +45,7 @@ class EvaluationSettings:
     Raises
     ------
     ConfigurationError
-        A length or time is not positive, or the order is below 1.
+        A value is out of its bounds, or not a number.
     """
 
     step_s: float = 4.0
@@ -66,18 +65,34 @@ class EvaluationSettings:
     whole_reference: bool = False
 
     def __post_init__(self) -> None:
-        least = {"order": 1.0, "dwell_s": 0.0, "settling_s": 0.0, "reference_sigma_m": 0.0}
         for one in fields(self):
             value = getattr(self, one.name)
             if value is None or isinstance(value, bool):
                 continue
-            bound = least.get(one.name)
-            good = value > 0.0 if bound is None else value >= bound
-            if not (math.isfinite(value) and good):
-                expected = "above 0" if bound is None else f"of at least {bound:g}"
-                msg = f"{one.name}: expected a number {expected}, was {value:g}"
+            least, most, unit = _BOUNDS[one.name]
+            good = value > 0.0 if one.name in _ABOVE else value >= least
+            if not (good and value <= most):
+                end = f"{most:,.0f}".replace(",", " ")
+                expected = f"from {least:g} to {end}"
+                if one.name in _ABOVE:
+                    expected = f"above 0 and at most {end}"
+                msg = f"{one.name}: expected a number {expected}{unit}, was {value:g}"
                 raise ConfigurationError(msg)
-        period_s = self.scan_period_s
-        if period_s is not None and period_s > ROTATION_PERIOD_S.most:
-            msg = f"scan_period_s: expected at most {ROTATION_PERIOD_S.most:g} s, was {period_s:g}"
-            raise ConfigurationError(msg)
+
+
+#: Least and greatest value, and the unit: what is beyond has no effect, or makes every track match.
+_BOUNDS = {
+    "step_s": (0.0, 86_400.0, " s"),
+    "gate_m": (1.0, 1e6, " m"),
+    "age_max_s": (0.1, 3600.0, " s"),
+    "reference_gap_s": (0.1, 3600.0, " s"),
+    "cutoff_m": (1.0, 1e6, " m"),
+    "order": (1.0, 100.0, ""),
+    "dwell_s": (0.0, 86_400.0, " s"),
+    "gap_s": (0.1, 86_400.0, " s"),
+    "settling_s": (0.0, 1e6, " s"),
+    "reference_sigma_m": (0.0, 1e5, " m"),
+    "density": (1e-4, 1e6, " m²/s³"),
+    "scan_period_s": (ROTATION_PERIOD_S.least, ROTATION_PERIOD_S.most, " s"),
+}
+_ABOVE = ("step_s",)

@@ -154,3 +154,11 @@ def test_mistakes_are_named_by_sensor(
     for name in ("one", "all"):
         assert align(tmp_path / f"{name}.parquet", "--sensors", SENSORS) == EXIT_FAILED
         assert "26-10: its ranges are probably in kilometres" in capsys.readouterr().err
+
+
+def test_a_recording_given_twice_is_a_mistake(
+    sample: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    same = sample / ".." / sample.name
+    assert align(sample, same, "--sensors", SENSORS) == EXIT_FAILED
+    assert f"{sample}: given 2 times, expected once" in capsys.readouterr().err

@@ -15,9 +15,17 @@ from validation.mistakes.file_mistakes import FILE_MISTAKES
 from validation.mistakes.mistake import SENSORS, Mistake, Sample
 from validation.mistakes.mistakes_catalogue import CATALOGUE
 from validation.mistakes.recording_mistakes import RECORDING_MISTAKES
+from validation.mistakes.value_mistakes import VALUE_MISTAKES
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
-ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *RECORDING_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
+ROWS = (
+    *CATALOGUE,
+    *COLUMN_MISTAKES,
+    *RECORDING_MISTAKES,
+    *VALUE_MISTAKES,
+    *DUMP_MISTAKES,
+    *FILE_MISTAKES,
+)
 #: Of the sample; check_mistakes.py uses all of it, 20 minutes.
 DURATION_S = 480.0
 #: Mistakes that only show in all of it.
@@ -59,6 +67,11 @@ CHOSEN = (
     "a range_max_m of 150 km for a radar of 300 km",
     "azimuths that jump by 3°",
     "azimuths of all radars anticlockwise from east",
+    "ranges of all radars in statute miles",
+    "one sensor_id for all radars",
+    "NaN for heights",
+    "convert: azimuth counts modulo 360",
+    "convert: times in hours",
 )
 
 

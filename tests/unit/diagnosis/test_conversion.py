@@ -47,6 +47,8 @@ def test_a_correct_dump_has_no_diagnosis(tmp_path: Path, *, positions: bool) -> 
     [
         ({"range_m": RANGE / 1e3}, "range_unit"),
         ({"range_m": RANGE / 1852.0}, "range_unit"),
+        ({"range_m": RANGE / 1609.344}, "range_unit"),
+        ({"azimuth_deg": (AZIMUTH / 360.0 * 4096.0).floor() % 360.0}, "positions_differ"),
         ({"azimuth_deg": AZIMUTH * np.pi / 180.0}, "azimuth_unit"),
         ({"azimuth_deg": 360.0 - AZIMUTH}, "azimuth_anticlockwise"),
         ({"range_m": AZIMUTH, "azimuth_deg": RANGE}, "columns_exchanged"),
@@ -121,3 +123,15 @@ def test_plots_that_a_file_holds_twice_are_named(tmp_path: Path) -> None:
     (found,) = said_of(twice, tmp_path, dump=True)
     assert (found.sensor_id, found.code) == ("2-10", "rows_repeated")
     assert "50% of its plots are copies of other plots" in found.sentence
+
+
+@pytest.mark.parametrize(("seconds", "unit"), [(60.0, "minutes"), (3600.0, "hours")])
+def test_times_of_day_in_minutes_or_hours_are_no_other_clock(
+    tmp_path: Path, seconds: float, unit: str
+) -> None:
+    time_s = pl.col("time_s")
+    of_day = time_s - time_s % 86_400.0 + time_s % 86_400.0 / seconds
+    for names in (("2-10",), ("1-10", "2-10")):
+        (found, *_) = said_of(recording().changed(*names, time_s=of_day), tmp_path)
+        assert found.code == "time_unit"
+        assert f"are probably in {unit}: " in found.sentence

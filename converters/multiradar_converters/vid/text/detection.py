@@ -186,7 +186,8 @@ def _separator(line: bytes, names: tuple[str, ...], encoding: str, profile: Prof
 
 def _header_names(line: bytes, separator: int, encoding: str) -> list[str]:
     found = split_columns(line, separator)
-    return [name.decode(encoding, errors="backslashreplace") for name in found]
+    # Spreadsheets quote names.
+    return [name.strip(b'"').decode(encoding, errors="backslashreplace") for name in found]
 
 
 def _named(table: Table, names: tuple[str, ...]) -> list[tuple[str, int]]:

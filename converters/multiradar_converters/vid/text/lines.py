@@ -158,6 +158,8 @@ def _columns(line: bytes, layout: FileLayout) -> dict[int, bytes]:
         found.append(b"")
     if len(found) != expected:
         cause = "the line is truncated" if len(found) < expected else "too many fields"
+        if len(found) > expected and not any(found[expected:]):
+            cause = "a separator at the end of the line, which the header does not have; remove it"
         reason = f"expected {expected} fields, found {len(found)}: {cause}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     return {role: text for role, text in zip(layout.columns, found, strict=True) if role >= 0}

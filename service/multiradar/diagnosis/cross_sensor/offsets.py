@@ -13,7 +13,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
 )
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, Comparison, configured_bias
 from multiradar.diagnosis.cross_sensor.hypotheses import as_given
-from multiradar.diagnosis.cross_sensor.references import Pairs
+from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
@@ -236,7 +236,9 @@ def _jump_row(apart: Floats, jump: float) -> int:
     return min(max(row, 1), len(apart) - 1)
 
 
-def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
+def check_large_offsets(
+    evidence: Evidence, comparison: Comparison | None = None
+) -> list[Diagnosis]:
     """Warn of ranges, azimuths and positions that the run found off by more than sensors are.
 
     The tracks are corrected for such an offset; the sensor needs an adjustment, or its azimuths
@@ -246,6 +248,8 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
     ----------
     evidence : Evidence
         What is retained of the run.
+    comparison : Comparison, optional
+        Its plots, which an offset must not contradict.
 
     Returns
     -------
@@ -264,6 +268,8 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
         if _common_tracks(evidence, number) < _LARGE_TRACKS_MIN:
             # Plots of another aircraft in one track are an offset, too.
             continue
+        if comparison is not None and _agrees_without(comparison, number, kind, estimate):
+            continue
         name = sensors.ids[number]
         found[name] = Diagnosis(
             name,
@@ -272,6 +278,19 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
             "warning",
         )
     return list(found.values())
+
+
+# Whether the plots of a radar agree with others without an offset that the run estimated: without
+# identities, plots of other aircraft in its tracks may show any.
+def _agrees_without(comparison: Comparison, number: int, kind: int, estimate: float) -> bool:
+    if kind not in _KINDS or number not in comparison.numbers or not comparison.is_radar(number):
+        return False
+    pairs = comparison.pairs(number, comparison.numbers)
+    if are_named(pairs):
+        return False
+    found = comparison.agreement(number, pairs)
+    offset = found.offset[_KINDS.index(kind)]
+    return found.share >= AGREES_MIN and abs(offset - estimate) > 0.5 * abs(estimate)
 
 
 # Number of tracks with plots of a sensor and of others.

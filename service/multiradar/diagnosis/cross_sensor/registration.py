@@ -17,7 +17,7 @@ from multiradar.diagnosis.cross_sensor.comparison import Comparison
 from multiradar.diagnosis.cross_sensor.effects import HEIGHT_SCALE, HEIGHTS_ALIKE_M, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
-from multiradar.diagnosis.plots import Floats, Rows, Site, ground_range, located
+from multiradar.diagnosis.plots import Floats, Integers, Rows, Site, ground_range, located
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 from multiradar_schemas.measurements.units import FOOT_M
 
@@ -30,6 +30,8 @@ TIME_MIN_S = 0.75
 #: An additional parameter must reduce the residuals by this factor, and be significant.
 SMALLER = 0.8
 SIGMAS = 8.0
+#: ... and by so many standard deviations where the errors of each aircraft are common.
+_CLUSTER_SIGMAS = 8.0
 #: Jumps of a clock are tried after each of these fractions of the plots.
 _JUMP_SHARES = np.arange(0.1, 0.95, 0.05)
 #: Tolerance of the fitted factor about 1. Other causes stay far from 1: pressure heights 7 % off
@@ -121,12 +123,14 @@ def check_registration(
     plain = equations.fit(offsets)
     by_time = equations.fit([*offsets, len(offsets)])
     by_site = equations.fit([*offsets, len(offsets) + 1, len(offsets) + 2])
-    by_change, change = _by_change(rows)
+    by_change, change, change_sigma_s = _by_change(rows, pairs.name)
     best_m = min(by_time.scale, by_site.scale, by_change.scale)
     by_height = _of_heights(comparison.site(number), rows, best_m)
     if by_height is not None:
         return by_height
     changed = abs(change.change_s) >= max(TIME_MIN_S, SIGMAS * by_change.sigma[-1])
+    # Few aircraft, each with errors of its own before and after a time, may show any change.
+    changed &= abs(change.change_s) >= _CLUSTER_SIGMAS * change_sigma_s
     if changed and by_change.scale <= min(SMALLER * by_time.scale, best_m):
         return change
     late_s = float(by_time.solution[-1])
@@ -180,8 +184,9 @@ def heights_differ(comparison: Comparison, number: int, pairs: Pairs) -> float:
     return spread_m if certain else 0.0
 
 
-# The best fit with a time offset that changes; its last parameter is the change.
-def _by_change(rows: "_Rows") -> tuple[TrimmedFit, Registration]:
+# The best fit with a time offset that changes, whose last parameter is the change, and the standard
+# deviation of the change where the errors of each aircraft are common.
+def _by_change(rows: "_Rows", aircraft: Integers) -> tuple[TrimmedFit, Registration, float]:
     first_s, duration_s = rows.time_s.min(), max(float(np.ptp(rows.time_s)), 1.0)
     jumps_s = np.unique(np.quantile(rows.time_s, _JUMP_SHARES)).tolist()
     parts = [(rows.time_s - first_s) / duration_s, *(rows.time_s >= one for one in jumps_s)]
@@ -193,9 +198,11 @@ def _by_change(rows: "_Rows") -> tuple[TrimmedFit, Registration]:
     fits = [equations.fit([*range(count), count + number]) for number in range(len(parts))]
     best = min(range(len(fits)), key=lambda number: fits[number].scale)
     change_s = float(fits[best].solution[-1])
+    sigma_s = float(np.sqrt(equations.clustered(fits[best], 1, aircraft)[0, 0]))
     if best == 0:
-        return fits[0], Registration(change_s=change_s, drift=change_s / duration_s)
-    return fits[best], Registration(change_s=change_s, jump_at_s=jumps_s[best - 1])
+        drift = Registration(change_s=change_s, drift=change_s / duration_s)
+        return fits[0], drift, sigma_s
+    return fits[best], Registration(change_s=change_s, jump_at_s=jumps_s[best - 1]), sigma_s
 
 
 # Errors whose effect depends on aircraft height; `best_m` is the residual under other errors.

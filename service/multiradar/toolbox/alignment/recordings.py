@@ -1,5 +1,6 @@
 """Recordings of any form as one table of measurements."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -69,6 +70,7 @@ def open_recordings(
     """
     from multiradar.storage.recording import MEASUREMENTS_FILE, measurements_path
 
+    _check_once(given)
     kinds = {path: _kind(path) for path in given}
     if set(kinds.values()) == {"dump"} and len(given) == 1:
         with open_measurements(given[0], dump, horizon_s) as recording:
@@ -97,6 +99,14 @@ def open_recordings(
         whole = tables[0] if len(tables) == 1 else _joined(tables, temporary)
         with open_measurements(whole, DumpChoice(), horizon_s) as recording:
             yield OpenedRecordings(recording, inputs, diagnoses)
+
+
+def _check_once(given: Sequence[Path]) -> None:
+    files = Counter(path.resolve() for path in given)
+    for path in given:
+        if (count := files[path.resolve()]) > 1:
+            msg = f"{path}: given {count} times, expected once"
+            raise InputError(msg)
 
 
 def _kind(path: Path) -> str:

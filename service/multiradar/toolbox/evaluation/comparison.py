@@ -33,8 +33,13 @@ class References:
     measurements: Path | None
     smoother: str | None
 
-    def check(self) -> None:
+    def check(self, *, density: float | None = None) -> None:
         """Check that exactly one reference is given, and no option that it does not use.
+
+        Parameters
+        ----------
+        density : float, optional
+            The density of a smoothed reference, if it is given.
 
         Raises
         ------
@@ -58,6 +63,8 @@ class References:
             raise ArgumentError(f"missing reference: one of {known}", *options)
         if self.smoothed is None and self.smoother is not None:
             raise ArgumentError("`smoother` applies to `smoothed` only", "smoother", "smoothed")
+        if self.smoothed is None and density is not None:
+            raise ArgumentError("`density` applies to `smoothed` only", "density", "smoothed")
         if self.smoother is not None and self.smoother not in SMOOTHERS:
             msg = f"`smoother`: {unknown('smoother', self.smoother, SMOOTHERS)}"
             raise ArgumentError(msg, "smoother")

@@ -197,7 +197,7 @@ def evaluate(
             measurements=file(measurements, "measurements"),
             smoother=smoother,
         )
-        references.check()
+        references.check(density=settings.get("density"))
         path = _file(tracks, "tracks", held, names)
         card, figures, findings = compared(path, references, chosen, requirements)
         reference: dict[str, Any] = figures["reference"]  # type: ignore[assignment]  # a mapping

@@ -357,7 +357,7 @@ def test_a_reference_of_another_area_or_time_is_reported(
     ("option", "status", "words"),
     [
         ("--step=5000", 1, "step 5000 s: longer than the reference"),
-        ("--scan-period=4000", 2, "--scan-period: expected at most 3600 s, was 4000"),
+        ("--scan-period=4000", 2, "--scan-period: expected a number from 0.1 to 3 600 s, was 4000"),
         ("--gate=900000", 0, "gate 900000 m: half of the aircraft are within"),
     ],
 )

@@ -143,3 +143,5 @@ def test_unusable_input_is_reported(
     )
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
     assert "--smoother applies to --smoothed only" in capsys.readouterr().err
+    assert run(["evaluate", tracks, "--truth", str(made), "--density", "20"]) == 2
+    assert "--density applies to --smoothed only" in capsys.readouterr().err

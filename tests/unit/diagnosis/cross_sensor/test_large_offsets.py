@@ -94,3 +94,20 @@ def test_estimated_offsets_are_no_displaced_site() -> None:
     for number, (_, _, (_, azimuth_deg)) in enumerate(list(RADARS.values())[:2]):
         evidence.biases[number, PARAMETER_AZIMUTH_OFFSET] = np.radians(azimuth_deg + 0.8), 1e-4
     assert diagnose(evidence) == []
+
+
+# Without identity, plots of other aircraft in its tracks show any offset.
+@pytest.mark.parametrize(("named", "codes"), [(True, ["azimuth_offset"]), (False, [])])
+def test_an_offset_that_plots_without_identity_contradict_is_none(
+    codes: list[str], *, named: bool
+) -> None:
+    """Regression: four primary radars, of which two were estimated 3° off in merged tracks."""
+    one = recording(named=named)
+    evidence = Evidence(one.table())
+    evidence.record_rows(one.frame)
+    measured, _ = wire.measurement_batch(one.frame, evidence.sensors)
+    numbers = recording().frame["track_number"].to_numpy()
+    evidence.record_plots(TrackPlots(numbers, measured))
+    evidence.confirmed = True
+    evidence.biases[0, PARAMETER_AZIMUTH_OFFSET] = np.radians(2.1), np.radians(0.06)
+    assert [said.code for said in diagnose(evidence)] == codes

@@ -102,3 +102,14 @@ def test_times_of_scans_are_not_taken_for_a_clock_error() -> None:
     found = said(recording().changed(NAME, time_s=floored))
     assert found.code == "time_of_scan"
     assert "all plots of a scan have the same time" in found.sentence
+
+
+# The errors of an aircraft, such as that of its height, are common to its plots.
+@pytest.mark.parametrize(("aircraft", "codes"), [(4, []), (25, [(NAME, "clock")])])
+def test_few_aircraft_show_no_jump_of_a_clock(aircraft: int, codes: list[tuple[str, str]]) -> None:
+    one = recording()
+    one = Recording(one.frame.filter(pl.col("track_number") < aircraft), one.sensors)
+    later = TIME > START_S + 0.5 * DURATION_S
+    of_each_s = 2.4 + 1.5 * (pl.col("track_number") % 3 - 1)
+    jumped = one.changed(NAME, time_s=TIME + pl.when(later).then(of_each_s).otherwise(0.0))
+    assert [it for it in jumped.codes() if it[1] == "clock"] == codes

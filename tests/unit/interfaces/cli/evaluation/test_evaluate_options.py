@@ -35,3 +35,22 @@ def test_help_shows_the_defaults_of_the_settings() -> None:
 def test_a_time_or_length_that_is_not_positive_is_rejected(value: float) -> None:
     with pytest.raises(ConfigurationError, match="step_s: expected a number above 0"):
         EvaluationSettings(step_s=value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("age_max_s", 1e9, "from 0.1 to 3 600 s, was 1e+09"),
+        ("age_max_s", 1e-6, "from 0.1 to 3 600 s, was 1e-06"),
+        ("reference_gap_s", float("inf"), "from 0.1 to 3 600 s, was inf"),
+        ("cutoff_m", float("nan"), "from 1 to 1 000 000 m, was nan"),
+        ("order", 0.5, "from 1 to 100, was 0.5"),
+        ("order", 1e9, "from 1 to 100, was 1e+09"),
+        ("density", -1.0, "from 0.0001 to 1 000 000 m²/s³, was -1"),
+        ("step_s", 1e9, "above 0 and at most 86 400 s, was 1e+09"),
+    ],
+)
+def test_values_that_no_evaluation_has_are_rejected(name: str, value: float, expected: str) -> None:
+    with pytest.raises(ConfigurationError) as raised:
+        dataclasses.replace(EvaluationSettings(), **{name: value})  # type: ignore[arg-type]  # floats
+    assert str(raised.value) == f"{name}: expected a number {expected}"
