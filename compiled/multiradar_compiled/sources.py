@@ -5,6 +5,7 @@ files are compiled in as well, so the cache is named by all of them.
 """
 
 import hashlib
+import os
 import re
 from collections.abc import Iterable
 from functools import cache
@@ -49,12 +50,15 @@ def compiled_sources(folders: dict[str, Path], more: Iterable[Path] = ()) -> lis
     """
     waiting = [path for folder in folders.values() for path in folder.rglob(_KERNEL_FILES)]
     waiting += more
-    found = set(waiting)
+    found, known = set(waiting), set[str]()
     while waiting:
-        for path in _imported(waiting.pop().read_text(encoding="utf-8"), folders):
-            if path not in found:
-                found.add(path)
-                waiting.append(path)
+        modules = _imported(waiting.pop().read_text(encoding="utf-8")) - known
+        known |= modules
+        for module in modules:
+            for path in _files(module, folders):
+                if path not in found:
+                    found.add(path)
+                    waiting.append(path)
     return sorted(found)
 
 
@@ -67,20 +71,20 @@ def sources_digest(folders: dict[str, Path], more: Iterable[Path] = ()) -> str:
     return digest.hexdigest()[:16]
 
 
-def _imported(text: str, folders: dict[str, Path]) -> Iterable[Path]:
+def _imported(text: str) -> set[str]:
+    modules = set(_IMPORT.findall(text))
     for package, names in _FROM.findall(text):
-        yield from _files(package, folders)
-        for name in _NAME.findall(names):
-            yield from _files(f"{package}.{name}", folders)
-    for module in _IMPORT.findall(text):
-        yield from _files(module, folders)
+        modules.add(package)
+        modules.update(f"{package}.{name}" for name in _NAME.findall(names))
+    return modules
 
 
+# Each process looks for a thousand: texts take a fifth of the time that paths take.
 def _files(module: str, folders: dict[str, Path]) -> Iterable[Path]:
     package, *parts = module.split(".")
     if package not in folders:
         return
-    place = folders[package].joinpath(*parts)
-    for path in (place.with_suffix(".py"), place / "__init__.py"):
-        if path.is_file():
-            yield path
+    place = os.path.join(folders[package], *parts)
+    for file in (f"{place}.py", os.path.join(place, "__init__.py")):
+        if os.path.isfile(file):
+            yield Path(file)
