@@ -25,6 +25,7 @@ from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.scenario import model as simulated
 from multiradar.tracking.input.measurements import MeasurementBatch
+from validation.motion.check_manoeuvres import batch
 
 Floats = NDArray[np.float64]
 
@@ -109,7 +110,7 @@ def make_scene(
     seen = observe(scene, rng)
     rows = seen.measurements
     return Scene(
-        plane, sensors, _batch(rows), rows.aircraft.astype(np.int64), _states(plane, rows),
+        plane, sensors, batch(rows), rows.aircraft.astype(np.int64), _states(plane, rows),
         rows.outlier, seen.biases.time_s,
         seen.biases.values[:, sensors.parameter_sensor, sensors.parameter_kind],
     )  # fmt: skip
@@ -245,21 +246,3 @@ def _states(plane: SystemPlane, rows: Measurements) -> Floats:
     matrix = plane.local_matrix(east, north, rows.true_height_m)
     velocity = np.linalg.solve(matrix, (rows.true_speed_mps[:, None] * heading)[..., None])
     return np.column_stack([east, north, velocity[..., 0]])
-
-
-def _batch(rows: Measurements) -> MeasurementBatch:
-    aircraft = rows.aircraft.astype(np.int64)
-    return MeasurementBatch(
-        time_s=rows.time_s,
-        sensor=rows.sensor,
-        kind=np.full(len(rows), KIND_RADAR, np.int8),
-        range_m=rows.range_m,
-        azimuth_rad=rows.azimuth_rad,
-        latitude_rad=rows.latitude_rad,
-        longitude_rad=rows.longitude_rad,
-        height_m=rows.height_m,
-        mode_3a=(0o1000 + aircraft).astype(np.int32),
-        mode_s_address=0x400000 + aircraft,
-        track_number=aircraft + 1,
-        callsign=np.full(len(rows), -1, np.int64),
-    )
