@@ -14,6 +14,7 @@ from starlette.responses import Response
 from multiradar.access.clients import Caller
 from multiradar.access.requirement import FEED, OPERATE
 from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
+from multiradar.access.turns import Turns
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, decode
 from multiradar.ingest.bound_sensors import of_allowed_sensors
@@ -26,7 +27,6 @@ from multiradar.ingest.http_requests import (
     require_query,
     source_of,
 )
-from multiradar.ingest.turns import Turns
 from multiradar.runtime.live.receipt import Receipt, key_of_sender, receipt_json
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds

@@ -5,15 +5,15 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from multiradar.ingest.turns import Turns
+from multiradar.access.turns import Turns
 
 
 class _Messages:
-    """Messages that have begun, and their ends."""
+    """Messages that have their turn, and their ends."""
 
     def __init__(self, turns: Turns) -> None:
         self._turns = turns
-        self.begun: list[int] = []
+        self.admitted: list[int] = []
         self._ends: dict[int, asyncio.Event] = {}
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
@@ -35,7 +35,7 @@ class _Messages:
 
     async def _work(self, octets: int) -> None:
         async with self._turns.of(octets):
-            self.begun.append(octets)
+            self.admitted.append(octets)
             await self._ends[octets].wait()
 
 
@@ -54,9 +54,9 @@ def run(scene: Callable[[_Messages], Awaitable[None]]) -> None:
 def test_large_messages_together_have_at_most_the_bound() -> None:
     async def scene(messages: _Messages) -> None:
         await messages.send(60, 40, 30)
-        assert messages.begun == [60, 40]
+        assert messages.admitted == [60, 40]
         await messages.end(40)
-        assert messages.begun == [60, 40, 30]
+        assert messages.admitted == [60, 40, 30]
 
     run(scene)
 
@@ -64,9 +64,9 @@ def test_large_messages_together_have_at_most_the_bound() -> None:
 def test_a_message_waits_behind_those_that_came_before_it() -> None:
     async def scene(messages: _Messages) -> None:
         await messages.send(60, 50, 20)
-        assert messages.begun == [60]
+        assert messages.admitted == [60]
         await messages.end(60)
-        assert messages.begun == [60, 50, 20]
+        assert messages.admitted == [60, 50, 20]
 
     run(scene)
 
@@ -74,7 +74,7 @@ def test_a_message_waits_behind_those_that_came_before_it() -> None:
 def test_small_messages_never_wait() -> None:
     async def scene(messages: _Messages) -> None:
         await messages.send(100, 99, 9, 8)
-        assert messages.begun == [100, 9, 8]
+        assert messages.admitted == [100, 9, 8]
 
     run(scene)
 
@@ -82,11 +82,11 @@ def test_small_messages_never_wait() -> None:
 def test_a_message_above_the_bound_has_its_turn_alone() -> None:
     async def scene(messages: _Messages) -> None:
         await messages.send(10, 500, 11)
-        assert messages.begun == [10]
+        assert messages.admitted == [10]
         await messages.end(10)
-        assert messages.begun == [10, 500]
+        assert messages.admitted == [10, 500]
         await messages.end(500)
-        assert messages.begun == [10, 500, 11]
+        assert messages.admitted == [10, 500, 11]
 
     run(scene)
 
@@ -98,8 +98,8 @@ def test_a_cancelled_message_leaves_its_turn_to_the_next(cancelled: int) -> None
         await messages.cancel(cancelled)
         if cancelled == 80:
             await messages.end(90)
-            assert messages.begun == [90, 70]
+            assert messages.admitted == [90, 70]
         else:
-            assert messages.begun == [90, 80]
+            assert messages.admitted == [90, 80]
 
     run(scene)
