@@ -17,7 +17,7 @@ from benchmark import (
 )
 from benchmark.plan import Plan
 from benchmark.report import Row, show, write, write_markdown
-from benchmark.service import ingest, queries, snapshots, updates
+from benchmark.service import ingest, ingest_stages, queries, snapshots, updates
 
 #: Subject and method of each suite.
 SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
@@ -26,6 +26,7 @@ SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
     "offline": (offline.TEXT, offline.run),
     "tracker": (tracker.TEXT, tracker.run),
     "ingest": (ingest.TEXT, ingest.run),
+    "ingest-stages": (ingest_stages.TEXT, ingest_stages.run),
     "snapshots": (snapshots.TEXT, snapshots.run),
     "queries": (queries.TEXT, queries.run),
     "encounters": (encounters.TEXT, encounters.run),

@@ -10,9 +10,16 @@ import io
 import json
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, check_layout
+from multiradar_converters.normalised.checks import (
+    Tested,
+    rejected_rows,
+    tested_by_loops,
+    text_octets,
+)
 from multiradar_converters.normalised.parsed import (
     INDEX_COLUMN,
     PARSED_SCHEMA,
@@ -30,7 +37,7 @@ from multiradar_schemas.measurements.columns import (
     complete,
 )
 from multiradar_schemas.measurements.directions import without_empty_columns
-from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
+from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate
 from multiradar_schemas.reject import RejectCode
 
 #: Maximum total text, as a multiple of the body: dictionaries and views can repeat one long text in
@@ -169,7 +176,7 @@ def _typed(frame: pl.DataFrame) -> pl.DataFrame:
     ]
     given = pl.DataFrame(list(columns.values()))
     typed = complete(given) if "time_s" in columns else pl.concat([_NO_ROWS, given], how="diagonal")
-    index = pl.Series(INDEX_COLUMN, range(len(frame)), dtype=pl.UInt32)
+    index = pl.Series(INDEX_COLUMN, np.arange(len(frame), dtype=np.uint32))
     typed = typed.hstack([_NONE_LOST.new_from_index(0, len(frame)), index])
     if lost:
         typed = typed.with_columns(pl.coalesce(*lost).alias(_LOST))
@@ -202,12 +209,12 @@ def _wrong_type(column: pl.Series, expected: str) -> BodyError:
 
 
 def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
-    texts = [frame[name] for name in _TEXTS if frame[name].null_count() < len(frame)]
+    texts = [name for name in _TEXTS if frame[name].null_count() < len(frame)]
     # Each text is a part of the body, so that those of a short one are short.
     if len(texts) * len(frame) * body_bytes <= _LISTED_BYTES_MAX:
-        total = sum(len(one.encode()) for text in texts for one in text.to_list() if one)
+        total = sum(len(one.encode()) for name in texts for one in frame[name].to_list() if one)
     else:
-        total = sum(int(text.str.len_bytes().cast(pl.Int64).sum()) for text in texts)
+        total = text_octets(frame, texts)
     most = TEXT_EXPANSION_MAX * body_bytes
     if total > most:
         reason = f"expected at most {most} bytes of text in all rows, found {total}"
@@ -234,7 +241,8 @@ _USUAL = {
 
 
 def _gated(frame: pl.DataFrame) -> Parsed:
-    index, codes, reasons = rejections(frame, _GATES)
+    with tested_by_loops(frame, _GATES) as tested:
+        index, codes, reasons = rejected_rows(frame, _GATES, tested)
     taken = frame
     rejected: list[ParsedReject] = []
     if len(index):
@@ -244,9 +252,16 @@ def _gated(frame: pl.DataFrame) -> Parsed:
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)
         ]
         taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
-    filled = [one for name, one in _USUAL.items() if taken[name].null_count() < len(taken)]
+    filled = [one for name, one in _USUAL.items() if _may_change(taken, name, tested)]
     usual = taken.with_columns(filled) if filled else taken
     return Parsed(usual[PARSED_SCHEMA.names()], rejected)
+
+
+def _may_change(frame: pl.DataFrame, name: str, tested: Tested | None) -> bool:
+    # A row that is odd was not read, and may have been accepted all the same.
+    if tested is not None and not tested.odd.any():
+        return tested.unusual.get(name, 0) > 0
+    return frame[name].null_count() < len(frame)
 
 
 def _raw(row: dict[str, Any]) -> str:

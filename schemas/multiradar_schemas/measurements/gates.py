@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -68,6 +68,44 @@ class Lists(dict[str, list[Any]]):
         return values
 
 
+class Inside(NamedTuple):
+    """A number within bounds, inclusive; null is inside, NaN is not."""
+
+    least: float
+    most: float
+
+
+class Given(NamedTuple):
+    """A value that is not null."""
+
+
+class OneOf(NamedTuple):
+    """One of some texts; null is one."""
+
+    known: tuple[str, ...]
+
+
+class Form(NamedTuple):
+    """A text of a form; null has any."""
+
+    pattern: str
+
+
+class Needed(NamedTuple):
+    """A value that is not null, for some kinds."""
+
+    kinds: tuple[str, ...]
+
+
+class Together(NamedTuple):
+    """Values of several columns, or none."""
+
+    fields: tuple[str, ...]
+
+
+#: What a gate lets pass, for those that test a column without its expression.
+Rule = Inside | Given | OneOf | Form | Needed | Together
+
 # Whether no row is rejected, for certain.
 Clear = Callable[[Lists], bool]
 
@@ -94,6 +132,8 @@ class Gate:
         The column whose value the message quotes, if it is not the invalid one.
     clear : callable
         Whether no row of a short table is rejected, for certain; else `rejects` decides.
+    rule : Rule, optional
+        What `rejects` tests. A row that the rule lets pass is not rejected.
     """
 
     code: RejectCode
@@ -102,6 +142,7 @@ class Gate:
     rejects: pl.Expr
     shows: str | None = None
     clear: Clear = _unclear
+    rule: Rule | None = None
 
 
 # Codes of gates that may reject a row without a value in their column.
@@ -137,7 +178,7 @@ def rejections(
     )
     if len(frame) <= LISTED_ROWS_MAX:
         lists = Lists(frame, empty)
-        if all(gate.clear(lists) for gate in _applicable(gates, empty)):
+        if all(gate.clear(lists) for gate in applicable(gates, empty)):
             return np.empty(0, np.int64), (), ()
     gate_number = frame.select(_first_gate(gates, empty)).to_series()
     if gate_number.null_count() == len(gate_number):
@@ -151,7 +192,8 @@ def rejections(
 
 
 @lru_cache(maxsize=64)
-def _applicable(gates: tuple[Gate, ...], empty: frozenset[str]) -> tuple[Gate, ...]:
+def applicable(gates: tuple[Gate, ...], empty: frozenset[str]) -> tuple[Gate, ...]:
+    """Return the gates that can reject a row of a table with some empty columns."""
     return tuple(gate for gate in gates if _may_reject(gate, empty))
 
 
@@ -180,38 +222,46 @@ def _sentence(gate: Gate, row: dict[str, object]) -> str:
     return f"{gate.field}: expected {gate.expected}, was {found}"
 
 
-# The same condition, of an expression and of a number; NaN and infinity do not meet it.
-_Inside = Callable[[Any], Any]
+def _number(field: str, expected: str, inside: Inside) -> tuple[Gate, Gate]:
+    least, most = inside
 
-
-def _number(field: str, expected: str, inside: _Inside) -> tuple[Gate, Gate]:
     def clear(columns: Lists) -> bool:
-        return all(value is None or inside(value) for value in columns[field])
+        return all(value is None or least <= value <= most for value in columns[field])
 
     column = pl.col(field)
     # What is inside is finite.
     finite = Gate(
-        RejectCode.NON_FINITE, field, "a finite number", ~column.is_finite(), clear=lambda _: True
-    )
-    return finite, Gate(RejectCode.OUT_OF_RANGE, field, expected, ~inside(column), clear=clear)
+        RejectCode.NON_FINITE, field, "a finite number", ~column.is_finite(),
+        clear=lambda _: True, rule=inside,
+    )  # fmt: skip
+    rejects = ~((column >= least) & (column <= most))
+    return finite, Gate(RejectCode.OUT_OF_RANGE, field, expected, rejects, clear=clear, rule=inside)
+
+
+def _above(bound: float) -> float:
+    return float(np.nextafter(bound, np.inf))
+
+
+def _below(bound: float) -> float:
+    return float(np.nextafter(bound, -np.inf))
 
 
 def _between(field: str, least: float, most: float, unit: str) -> tuple[Gate, Gate]:
     expected = f"a number from {least:g} to {most:g} {unit}"
-    return _number(field, expected, lambda value: (value >= least) & (value <= most))
+    return _number(field, expected, Inside(least, most))
 
 
 def _given(field: str) -> Gate:
     return Gate(
         RejectCode.MISSING_FIELD, field, "a value", pl.col(field).is_null(),
-        clear=lambda columns: None not in columns[field],
+        clear=lambda columns: None not in columns[field], rule=Given(),
     )  # fmt: skip
 
 
 def _one_of(code: RejectCode, field: str, known: tuple[str, ...]) -> Gate:
     return Gate(
         code, field, f"one of {', '.join(known)}", ~pl.col(field).is_in(known),
-        clear=lambda columns: {*known, None}.issuperset(columns[field]),
+        clear=lambda columns: {*known, None}.issuperset(columns[field]), rule=OneOf(known),
     )  # fmt: skip
 
 
@@ -222,6 +272,7 @@ def _text(field: str, pattern: str) -> Gate:
         RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}",
         ~pl.col(field).str.contains(pattern),
         clear=lambda columns: all(value is None or matches(value) for value in columns[field]),
+        rule=Form(pattern),
     )  # fmt: skip
 
 
@@ -235,7 +286,10 @@ def _needed(field: str, kinds: tuple[str, ...]) -> Gate:
         )
 
     rejects = pl.col(field).is_null() & pl.col("kind").is_in(kinds)
-    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", rejects, clear=clear)
+    return Gate(
+        RejectCode.MISSING_FIELD, field, "a value for this kind", rejects,
+        clear=clear, rule=Needed(kinds),
+    )  # fmt: skip
 
 
 def _needs() -> tuple[Gate, ...]:
@@ -254,6 +308,7 @@ def _whole_source() -> tuple[Gate, ...]:
         Gate(
             RejectCode.MISSING_FIELD, name, expected, given & pl.col(name).is_null(),
             clear=lambda columns: columns.empty.issuperset(SOURCE_FIELDS),
+            rule=Together(SOURCE_FIELDS),
         )
         for name in SOURCE_FIELDS
     )  # fmt: skip
@@ -261,7 +316,7 @@ def _whole_source() -> tuple[Gate, ...]:
 
 def _direction(field: str) -> tuple[Gate, Gate]:
     expected = f"degrees from 0 to less than {TURN_DEG:g}"
-    return _number(field, expected, lambda value: (value >= 0.0) & (value < TURN_DEG))
+    return _number(field, expected, Inside(0.0, _below(TURN_DEG)))
 
 
 def _aircraft_data() -> tuple[Gate, ...]:
@@ -287,16 +342,18 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     _given("kind"),
     _one_of(RejectCode.UNKNOWN_KIND, "kind", KINDS),
     *_needs(),
-    *_number("time_s", f"seconds below {TIME_MAX_S:g}", lambda value: abs(value) < TIME_MAX_S),
+    *_number(
+        "time_s", f"seconds below {TIME_MAX_S:g}", Inside(_above(-TIME_MAX_S), _below(TIME_MAX_S))
+    ),
     *_number(
         "range_m",
         f"metres greater than 0, at most {RANGE_MAX_M:g}",
-        lambda value: (value > 0.0) & (value <= RANGE_MAX_M),
+        Inside(_above(0.0), RANGE_MAX_M),
     ),
     *_number(
         "azimuth_deg",
         f"degrees from 0 to less than {AZIMUTH_END_DEG:g}",
-        lambda value: (value >= 0.0) & (value < AZIMUTH_END_DEG),
+        Inside(0.0, _below(AZIMUTH_END_DEG)),
     ),
     *_between("latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
     *_between("longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
@@ -307,6 +364,7 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
         "a number of at least 0",
         pl.col("track_number") < 0,
         clear=lambda columns: all(value is None or value >= 0 for value in columns["track_number"]),
+        rule=Inside(0.0, np.inf),
     ),
     _text("sensor_id", SENSOR_ID_PATTERN),
     _text("mode_3a", MODE_3A_PATTERN),

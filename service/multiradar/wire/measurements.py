@@ -21,6 +21,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING
 from multiradar.wire.aircraft_columns import aircraft_data_of, aircraft_data_rows
 from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
+from multiradar.wire.long_tables import RANGE_MAX_FACTOR, Rejections, read_by_loops
 from multiradar.wire.sensors import KIND_NUMBER
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.measurements.columns import (
@@ -46,8 +47,6 @@ from multiradar_schemas.measurements.gates import (
 from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
 from multiradar_schemas.reject import INSTRUMENTED_RANGE, RejectCode
 
-#: A range may exceed the instrumented range of its sensor by this factor.
-RANGE_MAX_FACTOR = 1.05
 _SENSOR = "__sensor"
 _SENSOR_KIND = "__sensor_kind"
 _RANGE_END = "__range_end_m"
@@ -103,15 +102,18 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
         When a column has another type than in `MEASUREMENT_SCHEMA`.
     """
     require_columns(frame)
-    frame = _with_sensors(complete(frame), table)
-    directed = table.moving.any() or has_directions(frame)
+    frame = complete(frame)
+    directed = bool(table.moving.any()) or has_directions(frame)
+    read = None if directed else read_by_loops(frame, table, lambda rows: _rejections(rows, table))
+    if read is not None:
+        return _batch(_without(frame, read.rejections[0]), read.arrays, table), Rejected(
+            *read.rejections
+        )
+    frame = _with_sensors(frame, table)
     frame = with_movers(frame, table, _SENSOR) if directed else frame
     index, code, reason = rejections(frame, _DIRECTED_GATES if directed else _GATES)
-    if len(index):
-        keep = np.ones(len(frame), np.bool_)
-        keep[index] = False
-        frame = frame.filter(pl.Series(keep))
-    return _columns(frame, table), Rejected(index, code, reason)
+    frame = _without(frame, index)
+    return _batch(frame, _arrays(frame), table), Rejected(index, code, reason)
 
 
 def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[str, Any]]:
@@ -178,6 +180,18 @@ def require_columns(frame: pl.DataFrame) -> None:
         if name in found and type(found[name]) not in (type(kind), pl.Null):
             msg = f"measurements: expected the column {name} to be {kind}, was {found[name]}"
             raise InputError(msg)
+
+
+def _rejections(frame: pl.DataFrame, table: SensorTable) -> Rejections:
+    return rejections(_with_sensors(frame, table), _GATES)
+
+
+def _without(frame: pl.DataFrame, index: NDArray[np.int64]) -> pl.DataFrame:
+    if not len(index):
+        return frame
+    keep = np.ones(len(frame), np.bool_)
+    keep[index] = False
+    return frame.filter(pl.Series(keep))
 
 
 def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
@@ -273,12 +287,11 @@ def _ground_status(frame: pl.DataFrame) -> NDArray[np.int8] | None:
     return frame[ON_GROUND].cast(pl.Int8).fill_null(MISSING).to_numpy(writable=True)
 
 
-def _accuracy(frame: pl.DataFrame) -> NDArray[np.float64] | None:
+def _accuracy(frame: pl.DataFrame, kind: NDArray[np.int8]) -> NDArray[np.float64] | None:
     """Return the accuracy of reported positions, NaN for other kinds."""
     if not has_column(frame, POSITION_SIGMA):
         return None
-    position = frame[_KIND].to_numpy() == KIND_POSITION
-    values = np.where(position, frame[POSITION_SIGMA].to_numpy(), np.nan)
+    values = np.where(kind == KIND_POSITION, frame[POSITION_SIGMA].to_numpy(), np.nan)
     return values if not np.isnan(values).all() else None
 
 
@@ -320,11 +333,11 @@ def _filled(numbers: pl.Series) -> NDArray[np.int64]:
     return numbers.fill_null(MISSING).to_numpy(writable=True)
 
 
-def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
+def _arrays(frame: pl.DataFrame) -> dict[str, NDArray[Any]]:
     # Writable copies, so that kernels are compiled for one type of array.
     kind = frame[_KIND].to_numpy(writable=True)
     position = kind == KIND_POSITION
-    arrays: dict[str, NDArray[Any]] = {
+    return {
         "time_s": _floats(frame, "time_s"),
         "sensor": frame[_SENSOR].to_numpy(writable=True),
         "kind": kind,
@@ -336,7 +349,13 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         "mode_3a": _digits(frame["mode_3a"], 8, np.int32),
         "mode_s_address": _digits(frame["mode_s_address"], 16, np.int64),
         "track_number": _filled(frame["track_number"]),
+        "callsign": packed_callsigns(frame["callsign"]),
     }
+
+
+def _batch(
+    frame: pl.DataFrame, arrays: dict[str, NDArray[Any]], table: SensorTable
+) -> MeasurementBatch:
     if table.known_bias.any():
         measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
         arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()
@@ -352,10 +371,9 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
             arrays["range_m"], arrays["height_m"], np.nan_to_num(site_m), factor
         )
     return MeasurementBatch(
-        callsign=packed_callsigns(frame["callsign"]),
         directions=directions_of(frame),
         on_ground=_ground_status(frame),
-        position_sigma_m=_accuracy(frame),
+        position_sigma_m=_accuracy(frame, arrays["kind"]),
         detection=_detections(frame),
         aircraft_data=aircraft_data_of(frame),
         **arrays,
