@@ -4,6 +4,7 @@ The plots are retained as received, before any check; rejected ones are among th
 bounded by a number of plots per source and a number of sources.
 """
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Collection
@@ -19,6 +20,8 @@ from multiradar.tracking.health.health_records import ALARM_SITE, HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
+from multiradar_converters.normalised.checks import numbered
+from multiradar_converters.normalised.exported import exported
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, POSITION_SIGMA
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
@@ -46,6 +49,7 @@ ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
 _NAMES = ("mode_3a", "mode_s_address", "track_number")
 _RECORDED = ("sensor_id", *COLUMNS)
+_RECORDED_SCHEMA = pl.Schema({"sensor_id": pl.String(), **_SCHEMA})
 
 
 @dataclass(slots=True)
@@ -91,18 +95,34 @@ class Source:
     def add(self, part: pl.DataFrame) -> None:
         """Add measurements; columns `COLUMNS`."""
         times = part["time_s"].to_numpy()
-        times = times[np.isfinite(times)]
-        self.read += len(part)
-        if len(times):
-            self._add_gap(times)
-            self.first_s = float(np.fmin(self.first_s, times.min()))
-            self.last_s = float(np.fmax(self.last_s, times.max()))
-            self._add_named(part)
-        if self.spread:
+        finite = np.isfinite(times)
+        self.count(len(part), np.sort(times[finite]), times[finite & _are_named(part)])
+        self.keep(part)
+
+    def count(
+        self, read: int, ordered_s: NDArray[np.float64], named_s: NDArray[np.float64]
+    ) -> None:
+        """Count measurements: their number, finite times in order, and those of named aircraft."""
+        self.read += read
+        if len(ordered_s):
+            self._add_gap(ordered_s)
+            self.first_s = float(np.fmin(self.first_s, ordered_s[0]))
+            self.last_s = float(np.fmax(self.last_s, ordered_s[-1]))
+        if len(named_s):
+            first, last = self.named_s
+            self.named_s = float(np.fmin(first, named_s.min())), float(np.fmax(last, named_s.max()))
+
+    @property
+    def free(self) -> int | None:
+        """How many further measurements it retains; None for any number."""
+        return None if self.spread else ROWS_MAX - sum(map(len, self.kept))
+
+    def keep(self, part: pl.DataFrame) -> None:
+        """Retain measurements; columns `COLUMNS`."""
+        free = self.free
+        if free is None:
             self._add_spread(part)
-            return
-        free = ROWS_MAX - sum(len(one) for one in self.kept)
-        if free > 0:
+        elif free > 0:
             self.kept.append(part if len(part) <= free else part.head(free))
 
     # Of frequent reports, those of one second in `_every`, another second for each aircraft: all
@@ -115,19 +135,8 @@ class Source:
         free = SPREAD_ROWS_MAX - sum(map(len, self.kept[:-1]))
         self.kept[-1] = self.kept[-1].head(max(free, 0))
 
-    def _add_named(self, part: pl.DataFrame) -> None:
-        time_s = pl.col("time_s").filter(
-            pl.col("time_s").is_finite() & pl.any_horizontal(pl.col(_NAMES).is_not_null())
-        )
-        first, last = part.select(time_s.min().alias("first"), time_s.max().alias("last")).row(0)
-        if first is not None:
-            self.named_s = (
-                float(np.fmin(self.named_s[0], first)), float(np.fmax(self.named_s[1], last)),
-            )  # fmt: skip
-
     # Measurements out of order between two parts are no gap.
-    def _add_gap(self, times: NDArray[np.float64]) -> None:
-        ordered = np.sort(times)
+    def _add_gap(self, ordered: NDArray[np.float64]) -> None:
         if np.isfinite(self.last_s):
             ordered = np.concatenate([[self.last_s], ordered[ordered > self.last_s]])
         gaps = np.diff(ordered)
@@ -193,6 +202,8 @@ class Evidence:
         #: Sensors whose reports contain the accuracy of their positions.
         self.with_accuracy: set[str] = set()
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
+        self._listed = tuple(dict.fromkeys((*sensors.ids, *self._names)))
+        self._numbered = numbered(self._listed)
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
 
@@ -248,7 +259,7 @@ class Evidence:
     def record_rows(self, frame: pl.DataFrame) -> None:
         """Record measurements as received; rejects are counted by `reject`."""
         if len(frame):
-            self._gathered.append(frame.select(one for one in _RECORDED if one in frame.columns))
+            self._gathered.append(frame[[one for one in _RECORDED if one in frame.columns]])
             self._gathered_rows += len(frame)
             if POSITION_SIGMA in frame.columns and frame[POSITION_SIGMA].count():
                 known = frame.filter(pl.col(POSITION_SIGMA).is_not_null())["sensor_id"]
@@ -317,21 +328,56 @@ class Evidence:
             return
         frame = pl.concat(self._gathered, how="diagonal")
         self._gathered, self._gathered_rows = [], 0
-        named = frame.select(
-            *(
-                pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
-                for name, kind in _SCHEMA.items()
-            ),
-            pl.col("sensor_id").fill_null(""),
-        )
-        parts = named.partition_by("sensor_id", as_dict=True, include_key=False)
+        named = frame if frame.schema == _RECORDED_SCHEMA else _completed(frame)
+        codes = self._codes(named["sensor_id"])
+        if codes is not None:
+            self._sort_by_codes(named, codes)
+            return
+        filled = named.with_columns(pl.col("sensor_id").fill_null(""))
+        parts = filled.partition_by("sensor_id", as_dict=True, include_key=False)
         for (name,), part in parts.items():
             source = self._source(str(name))
-            if source is None:
-                continue
-            source.add(part)
-            if name in self._names:
-                self.renamed[self._names[str(name)]] += len(part)
+            if source is not None:
+                source.add(part)
+                self._count_renamed(str(name), len(part))
+
+    # Number of each name, in the order of `_listed`; None if there are others.
+    def _codes(self, names: pl.Series) -> NDArray[np.int16] | None:
+        if not self._numbered.are_short or len(self._listed) > np.iinfo(np.int16).max:
+            return None
+        if names.null_count():
+            return None
+        odd = np.zeros(len(names), np.bool_)
+        with exported(names.to_frame(), [names.name]) as columns:
+            codes = self._numbered.find(columns[names.name], odd)
+        # Radix sort needs 16 bits.
+        return None if odd.any() else codes.astype(np.int16)
+
+    # Partitions of tables cost more than all that is counted, and most are not retained.
+    def _sort_by_codes(self, named: pl.DataFrame, codes: NDArray[np.int16]) -> None:
+        plots, times = named[list(COLUMNS)], named["time_s"].to_numpy()
+        finite = np.isfinite(times)
+        are_named = finite & _are_named(named)
+        order = np.argsort(codes, kind="stable")
+        ends = np.searchsorted(codes[order], np.arange(len(self._listed)), side="right").tolist()
+        parts = [
+            (name, order[start:end])
+            for name, (start, end) in zip(self._listed, itertools.pairwise([0, *ends]), strict=True)
+            if start < end
+        ]
+        # As they arrived.
+        for name, rows in sorted(parts, key=lambda one: int(one[1][0])):
+            source = self._source(name)
+            assert source is not None, "configured sensors always have one"
+            own_s = times[rows]
+            source.count(len(rows), np.sort(own_s[finite[rows]]), own_s[are_named[rows]])
+            if source.free != 0:
+                source.keep(plots[rows[: source.free]])
+            self._count_renamed(name, len(rows))
+
+    def _count_renamed(self, name: str, count: int) -> None:
+        if name in self._names:
+            self.renamed[self._names[name]] += count
 
     def _source(self, name: str) -> Source | None:
         name = self._names.get(name, name)
@@ -347,6 +393,23 @@ class Evidence:
             spread = number >= 0 and self.sensors.kinds[number] == KIND_POSITION
             self._sources[name] = Source(spread=bool(spread))
         return self._sources[name]
+
+
+def _completed(frame: pl.DataFrame) -> pl.DataFrame:
+    return frame.select(
+        pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
+        for name, kind in _RECORDED_SCHEMA.items()
+    )
+
+
+# Rows that name their aircraft.
+def _are_named(frame: pl.DataFrame) -> NDArray[np.bool_]:
+    columns = [frame[name] for name in _NAMES]
+    if any(not column.null_count() for column in columns):
+        return np.ones(len(frame), np.bool_)
+    found = [column.is_not_null().to_numpy() for column in columns]
+    named: NDArray[np.bool_] = np.logical_or.reduce(found)
+    return named
 
 
 def _is_due(every: int) -> pl.Expr:

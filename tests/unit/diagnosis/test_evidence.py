@@ -1,5 +1,9 @@
 """What is retained for a diagnosis of many sensors and of frequent reports."""
 
+import random
+from dataclasses import asdict, replace
+from typing import Any
+
 import numpy as np
 import polars as pl
 import pytest
@@ -7,11 +11,16 @@ import pytest
 from multiradar.diagnosis import evidence
 from multiradar.diagnosis.evidence import SOURCES_MAX, SPREAD_EVERY_MAX, Evidence
 from multiradar.wire.sensors import sensor_table
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.inputs.mistaken import recording
 
 AIRCRAFT, SECONDS = 40, 64
 SENSORS = sensor_table(parse_sensors('[[sensor]]\nid = "adsb"\nkind = "adsb"\n'))
+
+#: Sensors, one of which has another name in a second network.
+TABLE = replace(recording().table(), aliases=(("other-network-1", 0),))
+NAMES = (*TABLE.ids, "other-network-1")
 
 
 def reports(from_s: int, to_s: int) -> pl.DataFrame:
@@ -59,3 +68,48 @@ def test_the_first_reports_are_retained_where_they_are_not_thinned() -> None:
     found = Evidence(SENSORS)
     found.record_rows(reports(0, 8))
     assert len(found.sources["adsb"].plots()) == AIRCRAFT * 8
+
+
+def messages(seed: int, names: tuple[str | None, ...]) -> list[pl.DataFrame]:
+    """Messages with times out of order, pauses, and some rows without time or identity."""
+    drawn = random.Random(seed)
+    rows = [
+        {
+            "time_s": drawn.choice([None, float("nan"), 1e3, drawn.uniform(0.0, 1e3)]),
+            "sensor_id": drawn.choice(names),
+            "kind": "radar",
+            "mode_3a": drawn.choice([None, "7012"]),
+            "track_number": drawn.choice([None, 5]),
+        }
+        for _ in range(400)
+    ]
+    whole = pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
+    # Some senders have fewer columns.
+    return [part if drawn.random() < 0.5 else part.drop("mach") for part in whole.iter_slices(37)]
+
+
+def recorded(parts: list[pl.DataFrame]) -> dict[str, Any]:
+    found = Evidence(TABLE)
+    for part in parts:
+        found.record_rows(part)
+    sources = {name: asdict(source) for name, source in found.sources.items()}
+    for source in sources.values():
+        source["kept"] = pl.concat(source["kept"]).rows()
+    # By content: NaN is like itself.
+    return {"sources": repr(sources), "order": list(sources), "renamed": found.renamed}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_sources_are_those_of_partitions(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evidence, "GATHERED_MAX", 100)
+    monkeypatch.setattr(evidence, "ROWS_MAX", 60)
+    parts = messages(seed, NAMES)
+    found = recorded(parts)
+    assert found["renamed"]["1-10"] > 0
+    monkeypatch.setattr(Evidence, "_codes", lambda _self, _names: None)
+    assert recorded(parts) == found
+
+
+def test_other_names_are_sorted_too() -> None:
+    found = recorded(messages(9, (*NAMES, None, "stranger")))
+    assert {"stranger", ""} < set(found["order"])
