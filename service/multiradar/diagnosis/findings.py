@@ -190,7 +190,7 @@ def _with_all_of_one(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Dia
         if evidence.number(name) >= 0
         and evidence.sensors.kinds[evidence.number(name)] == KIND_RADAR
     ]
-    if not silent or [one.sensor_id for one in mixed] != radars:
+    if not silent or not radars or [one.sensor_id for one in mixed] != radars:
         return [*found]
     all_of_one = Diagnosis(
         radars[0],
