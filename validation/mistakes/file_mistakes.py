@@ -162,7 +162,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "negative ranges",
         plots(RADAR, range_m=-pl.col("range_m")),
-        message=("range_m: expected metres", "check the values and the unit of range_m"),
+        message=("26-10: 100% of its", "range_m is negative (-", "write ranges above 0"),
     ),
     Mistake(
         "heights in metres, converted from feet once more",

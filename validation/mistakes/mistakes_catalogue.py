@@ -344,9 +344,9 @@ CATALOGUE: tuple[Mistake, ...] = (
         message=(RADAR, "mode_s_address", "the same for all"),
     ),
     Mistake(
-        "none: Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
+        "Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
         nameless(mode_3a="7000"),
-        status=0,
+        message=("26-10: mode_3a is probably a placeholder", "most of them above FL195"),
     ),
     # Biases.
     Mistake(

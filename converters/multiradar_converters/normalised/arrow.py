@@ -47,7 +47,7 @@ TEXT_EXPANSION_MAX = 16
 #: Total text up to which it is counted as Python texts: an expression takes longer.
 _LISTED_BYTES_MAX = 1 << 22
 
-_FILE_MAGIC = b"ARROW1"
+_FILE_MAGIC, _PARQUET_MAGIC = b"ARROW1", b"PAR1"
 _ROWS_CEILING = 2**31 - 1
 _TIMES = ("time_s", "time_ns", "time")
 _COLUMNS = (*_TIMES, *[name for name in MEASUREMENT_SCHEMA if name != "time_s"])
@@ -101,6 +101,8 @@ def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     """
     if body.startswith(_FILE_MAGIC):
         raise _malformed("expected an Arrow IPC stream, found an Arrow file")
+    if body.startswith(_PARQUET_MAGIC):
+        raise _malformed("expected an Arrow IPC stream, found a Parquet file; `replay` sends one")
     try:
         check_rows_max(check_layout(body, _ROWS_CEILING), rows_max)
     except ArrowLayoutError as error:

@@ -11,7 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
-from starlette.routing import Match, Route
+from starlette.routing import Match, Route, WebSocketRoute
 from starlette.types import Scope
 
 from multiradar.errors import (
@@ -174,12 +174,22 @@ async def _framework(request: Request, error: Exception) -> Response:
     detail = HTTPStatus(error.status_code).phrase
     if error.status_code == HTTPStatus.NOT_FOUND:
         detail = f"no such path{_meant(request)}"
+        if _is_websocket(request):
+            detail = (
+                f"{request.url.path} is a WebSocket: connect to it with ws:// or wss://, or read "
+                "/v1/events over HTTP"
+            )
     elif error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
         detail = f"the path does not support the method {request.method}"
     headers = dict(error.headers or {})
     if "Allow" in headers:
         headers["Allow"] = ", ".join(_methods(request))
     return problem_response(RequestError(error.status_code, code, detail, headers), request.scope)
+
+
+def _is_websocket(request: Request) -> bool:
+    routes = (one for one in request.app.state.routes if isinstance(one, WebSocketRoute))
+    return any(one.path == request.url.path for one in routes)
 
 
 def _meant(request: Request) -> str:

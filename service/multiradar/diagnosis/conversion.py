@@ -86,6 +86,7 @@ _MEASURED = ("time_s", "range_m", "azimuth_deg")
 _POSITION_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
 #: Fraction of the plots that fit their positions in the recording, at least.
 _FITS_MIN = 0.2
+_POSITIONS_DIFFER = "positions_differ"
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -146,7 +147,10 @@ def diagnose_conversion(
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
         found += check_reported(name, reports) or _of_motion(measurements, name)
-    found += _of_dump(measurements, report, sources, tracks, found)
+    # The tables may show which positions are wrong.
+    certain = [one for one in found if one.code != _POSITIONS_DIFFER]
+    of_tables = _of_dump(measurements, report, sources, tracks, certain)
+    found = [*(certain if of_tables else found), *of_tables]
     return [*found, *(one for one in ends if one not in found)]
 
 
@@ -386,7 +390,7 @@ def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis
         return None
     return Diagnosis(
         name,
-        "positions_differ",
+        _POSITIONS_DIFFER,
         f"{name}: its ranges and azimuths do not fit the positions that the recording gives its "
         f"plots: only {before.share:.0%} of them do, for any site, and no other unit explains "
         "this; check the columns of ranges and azimuths, or leave the positions out",

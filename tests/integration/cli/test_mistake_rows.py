@@ -71,6 +71,8 @@ CHOSEN = (
     "one sensor_id for all radars",
     "NaN for heights",
     "convert: azimuth counts modulo 360",
+    "convert: latitude and longitude exchanged in plots.txt",
+    "Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
     "convert: times in hours",
 )
 

@@ -105,3 +105,15 @@ def test_a_radar_alone_shows_no_direction() -> None:
     one = recording().only(NAME)
     (found,) = one.changed(NAME, azimuth_deg=(450.0 - pl.col("azimuth_deg")) % 360.0).diagnosed()
     assert "if they are angles from east, as in mathematics" in found.sentence
+
+
+def test_rejected_rows_are_not_missing() -> None:
+    """Half of the azimuths are missing, at random, of a radar that identifies its aircraft."""
+    address = pl.format("4B18{}", (pl.col("track_number") + 16).cast(pl.String))
+    one = recording()
+    one = replace(one, frame=one.frame.with_columns(mode_s_address=address))
+    half = pl.Series(np.random.default_rng(2).random(len(one.frame)) < 0.5)
+    some = one.changed(NAME, azimuth_deg=pl.when(half).then(pl.col("azimuth_deg")))
+    (found,) = some.diagnosed()
+    assert (found.sensor_id, found.code) == (NAME, "measurements_lost")
+    assert "azimuth_deg: missing" in found.sentence

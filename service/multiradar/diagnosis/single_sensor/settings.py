@@ -12,11 +12,14 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_scan_period,
     median_speed,
 )
-from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.evidence import Evidence, Source
 from multiradar.diagnosis.model import Diagnosis, first_of
 from multiradar.diagnosis.single_sensor.detections import check_detections
 from multiradar.diagnosis.single_sensor.track_scatter import track_scatter
 from multiradar.diagnosis.sites import check_displaced
+
+#: Fraction of rejected rows from which on scans without a plot may be theirs.
+_REJECTED_MAX = 0.1
 
 
 def check_settings(
@@ -56,7 +59,9 @@ def check_settings(
         if radar and not causes
         else None,
         # The times between copies are no scans.
-        _scans(comparison, name, number) if radar and repeated is None else None,
+        _scans(comparison, name, number, evidence.sources[name])
+        if radar and repeated is None
+        else None,
     )
     values = loss_checks.check_values(evidence, name, losses)
     if values is not None and not found:
@@ -67,11 +72,13 @@ def check_settings(
     return first_of(loss_checks.check_unexplained_losses(evidence, name, losses), *found)
 
 
-def _scans(comparison: Comparison, name: str, number: int) -> Diagnosis | None:
+def _scans(comparison: Comparison, name: str, number: int, source: Source) -> Diagnosis | None:
     plots, period_s = comparison.plots(number), comparison.period_s(number)
-    return check_scan_period(name, plots, period_s) or check_detections(
-        name, plots, comparison.site(number), period_s
-    )
+    found = check_scan_period(name, plots, period_s)
+    # Rejected rows are not missing: the reasons are those of their values.
+    if found or source.rejected.total() > _REJECTED_MAX * source.read:
+        return found
+    return check_detections(name, plots, comparison.site(number), period_s)
 
 
 # Whether ranges are in metres: other sensors agree, or aircraft are as fast as aircraft.

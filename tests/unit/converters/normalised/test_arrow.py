@@ -144,6 +144,7 @@ def test_a_message_of_such_integers_alone_is_rejected() -> None:
         pytest.param(b"", "MALFORMED_ARROW", "schema", id="empty"),
         pytest.param(b"[]", "MALFORMED_ARROW", "byte 0", id="json"),
         pytest.param(b"ARROW1\0\0", "MALFORMED_ARROW", "file", id="arrow-file"),
+        pytest.param(b"PAR1\0\0", "MALFORMED_ARROW", "Parquet", id="parquet"),
         pytest.param(stream(FRAME)[:-100], "MALFORMED_ARROW", "bytes", id="cut"),
         pytest.param(stream(FRAME) + b"\0" * 8, "MALFORMED_ARROW", "after", id="trailing"),
         pytest.param(

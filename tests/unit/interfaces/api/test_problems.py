@@ -245,6 +245,11 @@ async def test_only_known_names_of_the_host_are_answered(
         ("/v1/tracks/", "no such path (did you mean '/v1/tracks'?)"),
         ("/v1/trakcs/7", "no such path (did you mean '/v1/tracks/7'?)"),
         ("/v1/measurement", "no such path (did you mean '/v1/measurements'?)"),
+        (
+            "/v1/stream",
+            "/v1/stream is a WebSocket: connect to it with ws:// or wss://, or read /v1/events "
+            "over HTTP",
+        ),
         ("/etc/passwd", "no such path"),
         (f"/v1/tracks{'s' * 100}", "no such path"),
     ],
