@@ -11,8 +11,9 @@ with the bytes present.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from multiradar_converters.normalised.flatbuffer import FlatbufferError, Table, 
 
 FIELDS_MAX = 64
 MESSAGES_MAX = 4096
+#: Schemas that are kept for the next message with the same, and their octets.
+_KNOWN_MAX, _KNOWN_BYTES_MAX = 64, 16 * 1024
 
 _CONTINUATION = b"\xff\xff\xff\xff"
 _LENGTH = struct.Struct("<i")
@@ -94,9 +97,10 @@ def check_layout(stream: bytes, rows_max: int) -> int:
 
 
 def _check(stream: bytes, rows_max: int) -> int:
-    columns: list[Column] | None = None
+    columns: Sequence[Column] | None = None
     rows = 0
-    for message, body in _messages(stream):
+    for metadata, body in _messages(stream):
+        message = Table.root(metadata)
         kind = message.scalar(1, "B")
         header = message.table(2)
         if header is None:
@@ -104,7 +108,7 @@ def _check(stream: bytes, rows_max: int) -> int:
         if columns is None:
             if kind != _SCHEMA:
                 raise ArrowLayoutError(f"expected the schema first, found a message of type {kind}")
-            columns = _schema(header)
+            columns = _columns(metadata)
         elif kind == _RECORD_BATCH:
             rows += _batch(header, body, columns, rows_max - rows)
         elif kind == _DICTIONARY_BATCH:
@@ -116,7 +120,7 @@ def _check(stream: bytes, rows_max: int) -> int:
     return rows
 
 
-def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
+def _messages(stream: bytes) -> Iterator[tuple[bytes, bytes]]:
     place = 0
     for _ in range(MESSAGES_MAX):
         if place == len(stream):
@@ -132,15 +136,29 @@ def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
         if not 0 < length <= len(stream) - place:
             left = len(stream) - place
             raise ArrowLayoutError(f"expected {length} bytes of metadata, found {left}")
-        message = Table.root(stream[place : place + length])
+        metadata = stream[place : place + length]
         place += length
-        body_length = message.scalar(3, "q")
+        body_length = Table.root(metadata).scalar(3, "q")
         if not 0 <= body_length <= len(stream) - place:
             left = len(stream) - place
             raise ArrowLayoutError(f"expected a body of {body_length} bytes, found {left}")
-        yield message, stream[place : place + body_length]
+        yield metadata, stream[place : place + body_length]
         place += body_length
     raise ArrowLayoutError(f"expected at most {MESSAGES_MAX} messages, found more")
+
+
+# A sender has the same columns in each message.
+def _columns(metadata: bytes) -> Sequence[Column]:
+    return _known_columns(metadata) if len(metadata) <= _KNOWN_BYTES_MAX else _schema_of(metadata)
+
+
+def _schema_of(metadata: bytes) -> Sequence[Column]:
+    header = Table.root(metadata).table(2)
+    assert header is not None, "the message has a header"
+    return tuple(_schema(header))
+
+
+_known_columns = lru_cache(maxsize=_KNOWN_MAX)(_schema_of)
 
 
 def _schema(header: Table) -> list[Column]:
@@ -204,7 +222,7 @@ def _value_bytes(name: str, kind: int, form: Table) -> int:
     return width
 
 
-def _dictionary(header: Table, body: bytes, columns: list[Column], rows_max: int) -> None:
+def _dictionary(header: Table, body: bytes, columns: Sequence[Column], rows_max: int) -> None:
     number = header.scalar(0, "q")
     data = header.table(1)
     if data is None:
@@ -215,7 +233,7 @@ def _dictionary(header: Table, body: bytes, columns: list[Column], rows_max: int
             _batch(data, body, [Column(column.name, column.kind, width, None)], rows_max)
 
 
-def _batch(header: Table, body: bytes, columns: list[Column], rows_max: int) -> int:
+def _batch(header: Table, body: bytes, columns: Sequence[Column], rows_max: int) -> int:
     rows = header.scalar(0, "q")
     if not 0 <= rows <= rows_max:
         raise ArrowLayoutError(f"expected at most {rows_max} rows, found {rows}")

@@ -10,8 +10,10 @@ import pyarrow as pa
 import pytest
 from polars.testing import assert_frame_equal
 
+from multiradar_converters.normalised import arrow_layout
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, check_layout
+from multiradar_converters.normalised.flatbuffer import Table
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
@@ -255,6 +257,28 @@ print("alive")
 
 
 @pytest.mark.slow
+def test_the_schema_of_a_sender_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[list[str]] = []
+    original = arrow_layout._schema
+
+    def counted(header: Table) -> list[arrow_layout.Column]:
+        columns = original(header)
+        read.append([column.name for column in columns])
+        return columns
+
+    monkeypatch.setattr(arrow_layout, "_schema", counted)
+    arrow_layout._known_columns.cache_clear()
+    plots, more = pl.DataFrame([radar()]), pl.DataFrame([radar(mach=0.5), radar(mach=0.6)])
+    for _ in range(2):
+        assert [check_layout(stream(one), 10) for one in (plots, more)] == [1, 2]
+    assert read == [plots.columns, more.columns]
+    # Longer ones are not kept.
+    monkeypatch.setattr(arrow_layout, "_KNOWN_BYTES_MAX", 0)
+    for _ in range(2):
+        assert check_layout(stream(plots), 10) == 1
+    assert read[2:] == [plots.columns, plots.columns]
+
+
 def test_forged_streams_never_end_the_process() -> None:
     """A forged length once made the reader allocate 2^61 bytes, which aborts the whole process."""
     bases = [stream(FRAME), stream(FRAME, compat_level=pl.CompatLevel.oldest())]
