@@ -244,6 +244,9 @@ def _by_noise(
             ratio = max(float(np.fmin(ratio, apart / sigma)), 1.0)
             if np.isnan(apart) and ratio <= NOISE_FACTOR:
                 ratio = np.nan
+        elif ratio < 1.0:
+            # Innovations of few plots of a radar among many others may be smaller than its noise.
+            ratio = min(float(np.fmax(ratio, apart / sigma)), 1.0)
         wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
         sense = "large" if ratio < 1.0 else "small"
         far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR

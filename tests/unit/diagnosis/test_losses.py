@@ -246,7 +246,8 @@ def test_sigmas_from_scatter_and_from_noise_are_reported_together() -> None:
      ((1.0, 0.2), "error"), ((6.1, 2.8), "error")],
 )  # fmt: skip
 def test_noise_some_times_its_sigma_is_a_warning(noise: tuple[float, float], severity: str) -> None:
-    evidence = evidence_of_noise(noise)
+    evidence = evidence_of_noise(noise) if max(noise) > 1.0 else evidence_of(recording())
+    evidence.noise["1-10"] = noise
     assert (said(evidence).code, said(evidence).severity) == ("noise", severity)
 
 
@@ -261,6 +262,12 @@ def test_noise_that_follows_from_that_of_another_radar_is_not_reported() -> None
 def test_manoeuvres_of_aircraft_are_no_noise(turn_rad: float) -> None:
     evidence = evidence_of_noise((1.0, 1.0), turn_rad=turn_rad)
     evidence.noise["1-10"] = (2.3, 2.8)
+    assert diagnose(evidence) == []
+
+
+def test_small_innovations_are_no_noise_where_plots_scatter_more() -> None:
+    evidence = evidence_of_noise((1.0, 1.0))
+    evidence.noise["1-10"] = (0.54, 0.5)
     assert diagnose(evidence) == []
 
 

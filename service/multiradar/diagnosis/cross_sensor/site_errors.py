@@ -12,6 +12,7 @@ Biometrika 73, 1986).
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -337,7 +338,7 @@ def _error(
     kind, radars = candidate
     about = np.isin(rows.own, radars) != np.isin(rows.pairs.source, radars)
     used = about & fit.used
-    if np.count_nonzero(used) < PAIRS_MIN or len(np.unique(rows.pairs.name[used])) < AIRCRAFT_MIN:
+    if np.count_nonzero(used) < PAIRS_MIN or _aircraft(rows, used) < AIRCRAFT_MIN:
         return None
     count = 2 if kind == SHIFT else 1
     solution = fit.solution[-count:]
@@ -350,6 +351,14 @@ def _error(
         return None
     before, after = (float(np.median(one.residual_m[about])) for one in (plain, fit))
     return SiteError(kind, radars, tuple(value.tolist()), before, after)
+
+
+# Aircraft of some rows. Names below 0 are paths, of which each sensor has its own of an aircraft.
+def _aircraft(rows: _Rows, used: NDArray[np.bool_]) -> int:
+    columns = np.column_stack([rows.own, rows.pairs.source, rows.pairs.name])[used]
+    paths = np.unique(columns[columns[:, 2] < 0], axis=0)
+    _, of_pair = np.unique(paths[:, :2], axis=0, return_counts=True)
+    return int(max(len(np.unique(columns[columns[:, 2] >= 0, 2])), of_pair.max(initial=0)))
 
 
 # Every radar alone, and the radars that share a site.
@@ -371,14 +380,13 @@ def _rows(comparison: Comparison, compared: Mapping[int, tuple[Agreement, Pairs]
     own, apart, height_m, rotation = (
         np.concatenate(column)[chosen] for column in list(zip(*parts, strict=True))[:4]
     )
-    return _Rows(
-        own, apart, height_m, rotation, joined(*(one.pairs for one in parts)).select(chosen)
-    )
+    pairs = joined(*(one.pairs for one in parts)).select(chosen)
+    return _Rows(own, apart, height_m, rotation, pairs)
 
 
 def _rows_of(comparison: Comparison, number: int, agreement: Agreement, pairs: Pairs) -> _Rows:
     if not are_named(pairs):
-        pairs = pairs.select(agreement.matched)
+        pairs = replace(pairs.select(agreement.matched), name=-2 - pairs.name[agreement.matched])
     pairs = pairs.select(np.flatnonzero(np.isfinite(pairs.velocity_mps).all(axis=1)))
     plots, site = comparison.tested(number).select(pairs.plot), comparison.site(number)
     latitude, longitude, seen_m = ecef_to_geodetic(pairs.position_m)

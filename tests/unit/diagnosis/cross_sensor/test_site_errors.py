@@ -82,3 +82,15 @@ def test_of_three_radars_the_one_with_the_wrong_site_is_named_first(
     (found,) = moved.diagnosed()
     assert (found.sensor_id, found.code) == (name, "site")
     assert found.sentence.startswith(f"{name}: its site is probably ")
+
+
+# Each sensor has a path of its own of an aircraft without identity.
+@pytest.mark.parametrize(("named", "count"), [(True, 9), (False, 9)])
+def test_paths_of_two_sensors_are_not_two_aircraft(*, named: bool, count: int) -> None:
+    """Regression: nine aircraft, seen by a radar and by multilateration, showed a gain."""
+    source, aircraft = np.repeat([1, 2], 30), np.arange(60) % 9
+    name = aircraft if named else -2 - (aircraft + 9 * source)
+    rows: Any = SimpleNamespace(
+        own=np.zeros(60, np.int64), pairs=SimpleNamespace(source=source, name=name)
+    )
+    assert site_errors._aircraft(rows, np.ones(60, np.bool_)) == count
