@@ -177,6 +177,7 @@ class Application:
         # A wrong journal is reported at once, before kernels are compiled.
         journal = self.service.open()
         self._supervisor.start()
+        self.service.start_step = "looking for kernels"
         self._http.start()
         self._compile()
         if isinstance(journal, SqliteJournal) and journal.following:

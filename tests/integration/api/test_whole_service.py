@@ -98,6 +98,25 @@ def _all_events(running: Application, after: int, last: int) -> list[dict[str, A
     return events
 
 
+def test_a_service_says_that_it_starts_before_it_compiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    application = _application(tmp_path)
+
+    class AskedError(Exception):
+        pass
+
+    def ask(*_: object) -> None:
+        raise AskedError(httpx.get(f"{application.http_url}/readyz", timeout=WAIT_TIMEOUT_S).text)
+
+    monkeypatch.setattr("multiradar.app.compile_ahead", ask)
+    try:
+        with pytest.raises(AskedError, match="the service is starting: looking for kernels"):
+            application.start()
+    finally:
+        application.stop()
+
+
 def test_every_measurement_is_accounted_for(client: httpx.Client) -> None:
     status = client.get("/v1/status").json()
     assert status["state"] == "running"
