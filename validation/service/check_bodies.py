@@ -6,10 +6,10 @@
     python -m validation.service.check_bodies --requests 10000 --clients 4 --impatient
 
 A client that is not impatient waits as a 429 says, up to a minute: its source is in quarantine most
-of the time. Each request has 16 MiB: rows without sense, few huge ones, a hundred thousand that are rejected for
-their time, deep nesting, escapes, a million keys, random bytes. Each client has its own loopback
-address, so its own limits. The service is small and has nothing else to do; its memory is that of
-the process (resident set).
+of the time. Each request has 16 MiB: rows without sense, few huge ones, a hundred thousand that are
+rejected for their time, deep nesting, escapes, a million keys, random bytes. Each client has its
+own loopback address, so its own limits. The service is small and has nothing else to do; its memory
+is that of the process (resident set).
 """
 
 import argparse
