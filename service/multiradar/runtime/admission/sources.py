@@ -67,7 +67,7 @@ class Sources:
         self._lock = threading.Lock()
 
     def require(self, name: str, rows: int) -> None:
-        """Admit a message of a source.
+        """Admit a message of a source, by its number of rows; 0 before they are read.
 
         Raises
         ------
@@ -84,24 +84,6 @@ class Sources:
                 source.counts.update(deferred_messages=1, deferred_rows=rows)
                 raise QuarantineError(name, min(source.next_s - now_s, RETRY_MAX_S))
             source.next_s = now_s + rows / self._limits.quarantine_rows_per_s
-
-    def require_now(self, name: str) -> None:
-        """Reject the next message of a source, whatever it is, before it is read.
-
-        Its rows are not counted: what it costs to read them is what a quarantine is to avoid.
-
-        Raises
-        ------
-        QuarantineError
-            If the source is in quarantine and has sent what it may.
-        """
-        now_s = self._clock.monotonic_s()
-        with self._lock:
-            source = self._of(name)
-            self._reduce(source, now_s)
-            if source.quarantined and now_s < source.next_s:
-                source.counts.update(deferred_messages=1)
-                raise QuarantineError(name, min(source.next_s - now_s, RETRY_MAX_S))
 
     def defer(self, name: str, rows: int) -> None:
         """Count a message that the source has to send again, because its queue is full."""

@@ -274,7 +274,7 @@ class Service:
 
     def require_source(self, source: str) -> None:
         """Reject a source in quarantine; see `MeasurementSink.require_source`."""
-        self._intake.sources.require_now(source)
+        self._intake.sources.require(source, 0)
 
     def submit(
         self,

@@ -156,20 +156,20 @@ def test_a_source_that_sends_mostly_rejected_rows_is_put_into_quarantine_and_ret
 def test_a_message_of_a_source_in_quarantine_is_rejected_before_its_rows_are_known(
     sources: Sources, clock: FixedClock
 ) -> None:
-    sources.require_now("x")
+    sources.require("x", 0)
     sources.note(_entry(0, 1000))
-    sources.require_now("x")
+    sources.require("x", 0)
     sources.require("x", 5)
     with pytest.raises(QuarantineError, match="x is in quarantine") as rejected:
-        sources.require_now("x")
+        sources.require("x", 0)
     assert rejected.value.retry_after_s == pytest.approx(0.5)
     found = sources.document()["x"]
     assert (found["deferred_messages"], found["deferred_rows"]) == (1, 0)
-    sources.require_now("other")
+    sources.require("other", 0)
     clock.advance(0.5)
-    sources.require_now("x")
+    sources.require("x", 0)
     # Only what has rows delays the next.
-    sources.require_now("x")
+    sources.require("x", 0)
 
 
 def test_a_quarantine_ends_by_itself(sources: Sources, clock: FixedClock) -> None:
