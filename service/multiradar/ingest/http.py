@@ -175,16 +175,22 @@ class _Intake:
         caller: Caller = request.state.caller
         key = idempotency_key(request)
         body = await body_of(request)
+        source = source_of(caller)
         # Before its rows are read, which takes a second at the maximum size.
-        self._sink.require_source(source_of(caller))
+        self._sink.require_source(source)
 
         def submit() -> Future[Receipt]:
-            decoded = of_allowed_sensors(
-                decode(media_type, body, self._bounds.rows_max), caller.sensors
-            )
+            # A message before it may have put the source into quarantine.
+            self._sink.require_source(source)
+            try:
+                decoded = decode(media_type, body, self._bounds.rows_max)
+            except RequestError:
+                self._sink.note_unreadable(source, len(body))
+                raise
+            decoded = of_allowed_sensors(decoded, caller.sensors)
             return self._sink.submit(
                 decoded.frame,
-                source=source_of(caller),
+                source=source,
                 idempotency_key=key_of_sender(caller.name, key),
                 rejected=decoded.rejected,
             )

@@ -223,6 +223,18 @@ class OperatedSink(MeasurementSink, Protocol):
         """
         ...
 
+    def note_unreadable(self, source: str, octets: int) -> None:
+        """Count a message of which no row could be read: too many lead to a quarantine.
+
+        Parameters
+        ----------
+        source : str
+            The sender.
+        octets : int
+            Size of the message.
+        """
+        ...
+
     def flush(
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:

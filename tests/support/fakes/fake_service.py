@@ -261,6 +261,7 @@ class FakeService:
     stalled: str = ""
     start_step: str = ""
     quarantined_sources: tuple[str, ...] = ()
+    unreadable: list[tuple[str, int]] = field(default_factory=list)
     quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)
@@ -275,6 +276,9 @@ class FakeService:
     def require_source(self, source: str) -> None:
         if source in self.quarantined_sources:
             raise QuarantineError(source, 0.5)
+
+    def note_unreadable(self, source: str, octets: int) -> None:
+        self.unreadable.append((source, octets))
 
     def submit(
         self,

@@ -100,8 +100,7 @@ class MeasurementInlet:
         """Ingest a sample."""
         self._counts.add(messages_read=1)
         try:
-            self._intake.require_source(SOURCE)
-            decoded = read_payload(message.key, message.media_type, message.payload, self._bounds)
+            decoded = self._decoded(message, message.payload)
             future = self._submit(decoded, self._idempotency_key(message))
         except PayloadError as error:
             self._malformed(error, message.key)
@@ -181,9 +180,16 @@ class MeasurementInlet:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
             raise PayloadError("MISSING_FIELD", "the query contains no measurements")
+        return self._submit(self._decoded(request, request.payload), idempotency_key)
+
+    def _decoded(self, message: Message | Request, payload: bytes) -> Decoded:
+        # Before its rows are read, which takes a second at the maximum size.
         self._intake.require_source(SOURCE)
-        decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
-        return self._submit(decoded, idempotency_key)
+        try:
+            return read_payload(message.key, message.media_type, payload, self._bounds)
+        except PayloadError:
+            self._intake.note_unreadable(SOURCE, len(payload))
+            raise
 
     # The session does not learn the name of a client, but admits only its feeds to a sensor's key.
     def _idempotency_key(self, message: Message | Request) -> str | None:

@@ -21,12 +21,14 @@ BEGIN_SHARE, END_SHARE = 0.9, 0.5
 HALF_LIFE_S = 60.0
 #: Longest time after which a source is asked to try again, s.
 RETRY_MAX_S = 60.0
+#: Octets of a message that cannot be read which count as one rejected row.
+UNREADABLE_ROW_OCTETS = 1024
 #: Sources with counts of their own; further ones are counted together.
 SOURCES_MAX = 1000
 OTHERS = "others"
 
-# Rejected by the time of their arrival: a source that catches up after a failure is not hostile,
-# and storms are bounded by sensor.
+# Rejected by the time of their arrival, which says nothing about what a source sends: one that
+# catches up after a failure is not hostile, and storms are bounded by sensor.
 _CIRCUMSTANCES = frozenset(
     {
         RejectCode.TIME_LATE,
@@ -40,7 +42,8 @@ _CIRCUMSTANCES = frozenset(
 @dataclass(slots=True)
 class _Source:
     counts: Counter[str] = field(default_factory=Counter)
-    # Rows of the last minutes, and when they were last reduced.
+    # Rows of the last minutes that were accepted or rejected because of their content, and when
+    # they were last reduced.
     recent: float = 0.0
     recent_rejected: float = 0.0
     reduced_s: float = 0.0
@@ -96,10 +99,17 @@ class Sources:
         with self._lock:
             source = self._of(entry.source)
             source.counts.update(accepted=entry.accepted, rejected=len(entry.rejects))
-            self._reduce(source, self._clock.monotonic_s())
-            source.recent += entry.accepted + len(entry.rejects)
-            source.recent_rejected += rejected
-            self._decide(source)
+            self._add(source, entry.accepted + rejected, rejected)
+
+    def note_unreadable(self, name: str, octets: int) -> None:
+        """Count a message of which no row could be read, for the quarantine."""
+        rows = octets / UNREADABLE_ROW_OCTETS
+        with self._lock:
+            source = self._of(name)
+            self._add(source, rows, rows)
+            if source.quarantined:
+                begin_s = max(source.next_s, self._clock.monotonic_s())
+                source.next_s = begin_s + rows / self._limits.quarantine_rows_per_s
 
     def document(self) -> dict[str, dict[str, int | bool]]:
         """Return, by source, rows by result, what was deferred, and whether it is in quarantine."""
@@ -122,7 +132,7 @@ class Sources:
             if counts["quarantined"]:
                 yield (
                     f"{name}: in quarantine, because most of its rows are rejected (see "
-                    f"/v1/rejects); limited to {self._limits.quarantine_rows_per_s} rows per "
+                    f"/v1/rejects) or its messages cannot be read; limited to {self._limits.quarantine_rows_per_s} rows per "
                     "second until it sends valid rows: check the sender"
                 )
 
@@ -132,6 +142,12 @@ class Sources:
         if name not in self._known and len(self._known) >= SOURCES_MAX:
             name = OTHERS
         return self._known.setdefault(name, _Source(reduced_s=self._clock.monotonic_s()))
+
+    def _add(self, source: _Source, rows: float, rejected: float) -> None:
+        self._reduce(source, self._clock.monotonic_s())
+        source.recent += rows
+        source.recent_rejected += rejected
+        self._decide(source)
 
     def _reduce(self, source: _Source, now_s: float) -> None:
         factor = 0.5 ** ((now_s - source.reduced_s) / HALF_LIFE_S)

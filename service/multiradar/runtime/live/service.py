@@ -273,8 +273,12 @@ class Service:
             self._state = ServiceState.STOPPED
 
     def require_source(self, source: str) -> None:
-        """Reject a source in quarantine; see `MeasurementSink.require_source`."""
+        """Reject a source in quarantine; see `OperatedSink.require_source`."""
         self._intake.sources.require(source, 0)
+
+    def note_unreadable(self, source: str, octets: int) -> None:
+        """Count an unreadable message; see `OperatedSink.note_unreadable`."""
+        self._intake.sources.note_unreadable(source, octets)
 
     def submit(
         self,

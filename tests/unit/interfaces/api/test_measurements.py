@@ -1,5 +1,6 @@
 """Measurements over HTTP: accepted, rejected, and the answer to the sender."""
 
+import asyncio
 import io
 import json
 from concurrent.futures import Future
@@ -277,6 +278,32 @@ async def test_a_body_of_a_source_in_quarantine_is_not_decoded(
     assert int(answer.headers["retry-after"]) >= 1
     service.quarantined_sources = ("zenoh",)
     assert (await _post(client, json.dumps([_PLOT]).encode())).status_code == 200
+    assert not service.unreadable
+
+
+async def test_a_body_that_cannot_be_read_counts_for_the_quarantine_of_its_source(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    assert (await _post(client, b"[{")).status_code == 400
+    assert service.unreadable == [("http", 2)]
+
+
+class _StrictService(FakeService):
+    """Puts a source into quarantine for one body that cannot be read."""
+
+    def note_unreadable(self, source: str, octets: int) -> None:
+        super().note_unreadable(source, octets)
+        self.quarantined_sources = (source,)
+
+
+async def test_a_body_that_waited_for_one_that_led_to_a_quarantine_is_not_decoded() -> None:
+    service = _StrictService()
+    routes = measurement_routes(service, IntakeBounds(large_octets=1, large_octets_max=1))
+    transport = httpx.ASGITransport(create_api(service, routers=[routes]))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        answers = await asyncio.gather(*(_post(client, b"[{") for _ in range(3)))
+    assert sorted(answer.status_code for answer in answers) == [400, 429, 429]
+    assert service.unreadable == [("http", 2)]
 
 
 async def test_a_key_of_the_greatest_length_is_taken(client: httpx.AsyncClient) -> None:

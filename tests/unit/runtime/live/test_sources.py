@@ -11,7 +11,7 @@ from multiradar.api.problems import _translated
 from multiradar.clock import FixedClock
 from multiradar.errors import QuarantineError, QueueFullError
 from multiradar.observability.pipeline_metrics import PipelineCollector
-from multiradar.runtime.admission.sources import OTHERS, SOURCES_MAX, Sources
+from multiradar.runtime.admission.sources import OTHERS, SOURCES_MAX, UNREADABLE_ROW_OCTETS, Sources
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow
@@ -183,6 +183,34 @@ def test_a_quarantine_ends_by_itself(sources: Sources, clock: FixedClock) -> Non
 def test_rows_rejected_by_circumstances_are_no_reason(sources: Sources, code: str) -> None:
     sources.note(_entry(0, 5000, code))
     sources.require("x", 1)
+
+
+@pytest.mark.parametrize("code", ["TIME_LATE", "RATE_EXCEEDED", "DUPLICATE", "TIME_FUTURE"])
+def test_rows_rejected_by_circumstances_do_not_outweigh_invalid_ones(
+    sources: Sources, code: str
+) -> None:
+    sources.note(_entry(0, 5000, code))
+    sources.note(_entry(50, 1000))
+    assert sources.document()["x"]["quarantined"]
+
+
+def test_messages_that_cannot_be_read_lead_to_a_quarantine_by_their_size(
+    sources: Sources, clock: FixedClock
+) -> None:
+    size = 400 * UNREADABLE_ROW_OCTETS
+    for _ in range(2):
+        sources.note_unreadable("x", size)
+        sources.require("x", 0)
+    sources.note_unreadable("x", size)
+    with pytest.raises(QuarantineError) as rejected:
+        sources.require("x", 0)
+    # The third is more than the source may send.
+    assert rejected.value.retry_after_s == pytest.approx(40.0)
+    clock.advance(40.0)
+    sources.require("x", 0)
+    assert sources.document()["x"]["quarantined"]
+    clock.advance(600.0)
+    assert not sources.document()["x"]["quarantined"]
 
 
 def test_many_sources_are_counted_together(sources: Sources) -> None:

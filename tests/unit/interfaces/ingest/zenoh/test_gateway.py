@@ -92,6 +92,17 @@ def test_an_attachment_that_is_no_key_is_rejected(scene: Scene, attachment: byte
     assert not scene.service.submissions
 
 
+def test_what_cannot_be_read_counts_for_the_quarantine(scene: Scene) -> None:
+    scene.bus.deliver(Message(KEY, b"[{", "application/json"))
+    answer = settled(scene, scene.bus.ask(KEY, payload=b"[{{"))
+    assert json.loads(answer.errors[0])["code"] == "MALFORMED_JSON"
+    assert scene.service.unreadable == [("zenoh", 2), ("zenoh", 3)]
+    scene.service.quarantined_sources = ("zenoh",)
+    answer = settled(scene, scene.bus.ask(KEY, payload=b"[{"))
+    assert json.loads(answer.errors[0])["code"] == "SOURCE_QUARANTINED"
+    assert len(scene.service.unreadable) == 2
+
+
 def rejected(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
     def answer(_submission: Any, _future: "Future[Receipt]") -> None:
         raise error
