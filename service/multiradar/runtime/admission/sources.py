@@ -132,8 +132,9 @@ class Sources:
             if counts["quarantined"]:
                 yield (
                     f"{name}: in quarantine, because most of its rows are rejected (see "
-                    f"/v1/rejects) or its messages cannot be read; limited to {self._limits.quarantine_rows_per_s} rows per "
-                    "second until it sends valid rows: check the sender"
+                    "/v1/rejects) or its messages cannot be read; limited to "
+                    f"{self._limits.quarantine_rows_per_s} rows per second until it sends valid "
+                    "rows: check the sender"
                 )
 
     # ---------------------------------------------------------------- inside
