@@ -142,6 +142,7 @@ def replay(
         return
     from multiradar.clock import SystemClock
     from multiradar.ingest.replay.replaying import Replay, ReplayPlan
+    from multiradar.ingest.replay.service_diagnoses import service_diagnoses
 
     plan = ReplayPlan(
         batch_rows=batch,
@@ -169,10 +170,11 @@ def replay(
                 )
                 counts = play.run()
             configured = destination.configured() if counts.unknown_sensors else ()
+            found = service_diagnoses(destination, play.sensor_ids, time.sleep) if flush else []
         finally:
             destination.close()
         check_found(counts.read, plan.kinds, measurements)
-        findings = findings_of(dump_diagnoses(recording, plan.kinds))
+        findings = findings_of([*dump_diagnoses(recording, plan.kinds), *found])
         _add_lines(counts, recording.rejected_by_code(plan.kinds))
     _print_counts(counts, json_wanted)
     if counts.unknown_sensors:
@@ -188,7 +190,9 @@ def replay(
     if counts.rejected == counts.read:
         codes = counts_by_code(counts.rejected_by_code)
         msg = f"none of {counts.read} measurements were accepted: {codes}"
-        raise InputError(msg)
+        if not findings:
+            raise InputError(msg)
+        findings.append(msg)
     if findings:
         raise FindingsError(findings, counts)
 

@@ -1,7 +1,7 @@
 """Replay to a pair of services of which one is the primary, or to several addresses of one."""
 
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import polars as pl
 
@@ -43,6 +43,10 @@ class Alternatives:
     def configured(self) -> tuple[str, ...]:
         """Return the configured sensors, which all have."""
         return next((names for one in self._destinations if (names := one.configured())), ())
+
+    def status(self) -> Mapping[str, Any]:
+        """Return the status of the one that acknowledged last."""
+        return self._destinations[self._current].status()
 
     def close(self) -> None:
         """Close all connections."""

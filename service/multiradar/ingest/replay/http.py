@@ -125,6 +125,14 @@ class HttpDestination:
         except (httpx.TransportError, KeyError, TypeError):
             return ()
 
+    def status(self) -> dict[str, Any]:
+        """Ask for `/v1/status`; empty if it may not be read."""
+        try:
+            response = self._client.get("/v1/status")
+        except httpx.TransportError:
+            return {}
+        return _document(response) if response.status_code == _ACCEPTED else {}
+
     def close(self) -> None:
         """Close the connection."""
         self._client.close()

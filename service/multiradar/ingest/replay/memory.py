@@ -1,6 +1,8 @@
 """A destination in memory, for tests."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import polars as pl
 
@@ -26,6 +28,8 @@ class MemoryDestination:
         Keys of the ends of streams.
     sensors : tuple of str
         Configured sensors; when empty, all sensors are accepted.
+    statuses : list of mapping
+        Status documents, one by one; the last one remains.
     """
 
     failures: list[Exception] = field(default_factory=list)
@@ -35,6 +39,7 @@ class MemoryDestination:
     flushes: list[str] = field(default_factory=list)
     closed: bool = False
     sensors: tuple[str, ...] = ()
+    statuses: list[Mapping[str, Any]] = field(default_factory=list)
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Store a batch, unless its key is known."""
@@ -67,6 +72,10 @@ class MemoryDestination:
     def configured(self) -> tuple[str, ...]:
         """Return the configured sensors."""
         return self.sensors
+
+    def status(self) -> Mapping[str, Any]:
+        """Return the next status, and the last one from then on."""
+        return self.statuses.pop(0) if len(self.statuses) > 1 else next(iter(self.statuses), {})
 
     def close(self) -> None:
         """Record the end of the connection."""

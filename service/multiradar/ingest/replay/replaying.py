@@ -94,6 +94,10 @@ class Destination(Protocol):
         """Return the configured sensors of the service; empty when it does not report them."""
         ...
 
+    def status(self) -> Mapping[str, Any]:
+        """Return the status of the service; empty when it does not report it."""
+        ...
+
     def close(self) -> None:
         """Close the connection."""
         ...
@@ -174,6 +178,8 @@ class Replay:
         Called with the counts after every batch.
     on_wait : callable
         Called with a message when waiting for the service starts, changes or ends.
+    sensor_ids : set of str
+        Sensors of the measurements sent so far.
     """
 
     recording: Recording
@@ -184,6 +190,7 @@ class Replay:
     on_batch: Callable[[ReplayCounts], None] = lambda _counts: None
     on_wait: Callable[[str], None] = lambda _sentence: None
     counts: ReplayCounts = field(default_factory=ReplayCounts)
+    sensor_ids: set[str] = field(default_factory=set)
     _answered: bool = False
 
     def run(self) -> ReplayCounts:
@@ -268,6 +275,7 @@ class Replay:
         counts.read += rows
         counts.batches += 1
         counts.data_time_s = batch.data_time_s
+        self.sensor_ids.update(map(str, batch.frame["sensor_id"].unique().to_list()))
         if answer.duplicate:
             counts.duplicate += rows
             return

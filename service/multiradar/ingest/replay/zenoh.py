@@ -10,7 +10,7 @@ import zenoh
 from multiradar.errors import PeerError, StreamGoesOnError, UnavailableError
 from multiradar.ingest.replay.http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.replay.replaying import NOT_RUNNING, Answer
-from multiradar.ingest.zenoh.keys import MEASUREMENTS
+from multiradar.ingest.zenoh.keys import MEASUREMENTS, STATUS
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import first_line, zenoh_config
 
@@ -76,6 +76,13 @@ class ZenohDestination:
     def configured(self) -> tuple[str, ...]:
         """Return no sensors: no query lists them."""
         return ()
+
+    def status(self) -> Mapping[str, Any]:
+        """Query the status; empty if it may not be read."""
+        try:
+            return self._ask(STATUS)
+        except PeerError:
+            return {}
 
     def close(self) -> None:
         """Close the session."""

@@ -2,6 +2,7 @@
 
 Measurements are gathered over a window of data time. At the second check after its end, when the
 engine has processed the last of them, a separate thread diagnoses them, and the next window starts.
+The end of a stream ends the window at once: no measurements follow that would end it.
 No other thread waits for it, and no output depends on it. Findings hold as in `HeldFindings`.
 """
 
@@ -32,6 +33,8 @@ _log = logging.getLogger(__name__)
 WINDOW_S = 60.0
 #: ... or so many records of an unknown source were rejected.
 UNKNOWN_MAX = 100
+#: At the end of a stream, a window that spans less is discarded, unless it is the only one, s.
+REMAINDER_MIN_S = 30.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
@@ -69,7 +72,11 @@ class LiveDiagnosis:
         self._evidence = _evidence(sensors)
         self._held = HeldFindings()
         self._is_ended = False
-        self._stopping = self._threads.event()
+        # Whether no window of the stream was diagnosed; ends of streams, and those diagnosed.
+        self._is_first = True
+        self._ends = self._ends_diagnosed = 0
+        self._is_stopping = False
+        self._waking = self._threads.event()
         self._thread: Thread | None = None
 
     def start(self) -> None:
@@ -78,7 +85,9 @@ class LiveDiagnosis:
 
     def stop(self) -> None:
         """Stop; may be called twice, and without a start."""
-        self._stopping.set()
+        with self._lock:
+            self._is_stopping, waking = True, self._waking
+        waking.set()
         if self._thread is not None:
             self._thread.join()
 
@@ -97,6 +106,21 @@ class LiveDiagnosis:
             return
         with self._lock:
             self._evidence.record_output(output)
+
+    def end_stream(self) -> None:
+        """Diagnose the measurements of an unfinished window at once: the stream has ended."""
+        if self._thread is None:
+            return
+        with self._lock:
+            self._ends += 1
+            waking = self._waking
+        waking.set()
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether the diagnosis of a stream that has ended is not complete."""
+        with self._lock:
+            return self._ends > self._ends_diagnosed
 
     def restart(self) -> None:
         """Start over without findings: the engine restarts."""
@@ -128,14 +152,29 @@ class LiveDiagnosis:
         return [one.document() for one in found]
 
     def check(self) -> bool:
-        """Diagnose if the window had ended at the check before; return whether it had."""
+        """Diagnose if the stream, or at the check before the window, had ended; return whether."""
+        with self._lock:
+            ends = self._ends
+        try:
+            return self._check(ends > self._ends_diagnosed)
+        finally:
+            with self._lock:
+                self._ends_diagnosed = ends
+
+    def _check(self, is_last: bool) -> bool:
         with self._lock:
             evidence = self._evidence
             was_ended, self._is_ended = self._is_ended, _is_over(evidence)
-            if not (was_ended and self._is_ended):
+            is_due = was_ended and self._is_ended
+            if is_last:
+                least_s = 0.0 if self._is_first else REMAINDER_MIN_S
+                is_due = _is_over(evidence) or _span_s(evidence) >= least_s
+            if not (is_last or is_due):
                 return False
             following = self._evidence = _evidence(self._sensors)
-            self._is_ended = False
+            self._is_ended, self._is_first = False, is_last
+            if not is_due:
+                return False
         found = [one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES]
         delivered = {name for name, source in evidence.sources.items() if source.read}
         with self._lock:
@@ -150,7 +189,14 @@ class LiveDiagnosis:
         return -math.inf if time_s is None else time_s
 
     def _run(self) -> None:
-        while not self._stopping.wait(self._period_s):
+        while True:
+            with self._lock:
+                waking = self._waking
+            if waking.wait(self._period_s):
+                with self._lock:
+                    if self._is_stopping:
+                        return
+                    self._waking = self._threads.event()
             try:
                 self.check()
             except Exception as error:
@@ -161,6 +207,12 @@ class LiveDiagnosis:
 # Reports of all aircraft by one receiver must not end the window before a radar has seen them.
 def _evidence(sensors: SensorTable) -> Evidence:
     return Evidence(sensors, spreads_positions=True)
+
+
+# Minus infinity without measurements.
+def _span_s(evidence: Evidence) -> float:
+    spans_s = [one.last_s - one.first_s for one in evidence.sources.values() if one.read]
+    return max(spans_s, default=-math.inf)
 
 
 # Records of an unknown ASTERIX source have no time.

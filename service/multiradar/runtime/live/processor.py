@@ -351,7 +351,7 @@ class Processor:
         change = self._changes[-1] if group[0].kind is EntryKind.SENSOR else None
         if change is not None:
             self._publication.use(self.sensors.table)
-        self._publication.publish(output, self._data_time_s)
+        self._publication.publish(output, self._data_time_s, group[0].kind is EntryKind.FLUSH)
         if change is not None:
             self._publication.publish_change(json.loads(change))
         if set_back:

@@ -166,7 +166,9 @@ class Publication:
         self._known.attach(states)
         self.view.service_counts = counts
 
-    def publish(self, output: EngineOutput, data_time_s: float | None) -> None:
+    def publish(
+        self, output: EngineOutput, data_time_s: float | None, ends_stream: bool = False
+    ) -> None:
         """Distribute output of the engine; in the engine's thread.
 
         Parameters
@@ -175,6 +177,8 @@ class Publication:
             Output of one call.
         data_time_s : float or None
             Greatest data time of the engine's input; None before the first measurement.
+        ends_stream : bool
+            Whether it is the output of the end of a stream.
         """
         if self.traces is not None:
             self.traces.stepped()
@@ -183,6 +187,8 @@ class Publication:
         self._events.publish(output, marks)
         for reader in self._readers:
             reader.put(output)
+        if ends_stream:
+            self.diagnosis.end_stream()
         if self.traces is not None:
             self.traces.published()
 

@@ -218,6 +218,8 @@ class LiveView:
         ring = self._events.ring
         # First: what is counted as processed is then in the output.
         service = self.service_counts()
+        # Before the findings: if it is complete, these are its findings.
+        pending = self._diagnosis.is_pending
         known, found = self._known.counts(), self._diagnosis.records()
         alarms: dict[str, list[str]] = {
             sensor_id: names
@@ -252,6 +254,7 @@ class LiveView:
             "rejected_by_source": self._rejects.counts_by_source,
             "duplicates_by_sensor": self._rejects.duplicates_by_sensor,
             "diagnoses": found,
+            "diagnosis_pending": pending,
             **{name: counts() for name, counts in self.edge_counts.items()},
         }
 

@@ -155,6 +155,7 @@ class RecordedView:
             "rejected_by_code": report.get("rejected_by_code", {}),
             "duplicates_by_sensor": figures.get("duplicates_by_sensor", {}),
             "diagnoses": final_diagnoses(report),
+            "diagnosis_pending": False,
             "subscribers": 0,
         }
 

@@ -11,11 +11,13 @@ import pytest
 from multiradar.diagnosis import held_findings
 from multiradar.diagnosis.held_findings import WINDOWS_MAX, HeldFindings
 from multiradar.diagnosis.model import Diagnosis
-from multiradar.runtime.live.live_diagnosis import UNKNOWN_MAX, LiveDiagnosis
+from multiradar.runtime.live import live_diagnosis
+from multiradar.runtime.live.live_diagnosis import REMAINDER_MIN_S, UNKNOWN_MAX, LiveDiagnosis
 from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.storage.entries import RejectedRow
 from support.fakes.engine_outputs import Update, output_of
 from support.inputs.mistaken import RADARS, START_S, recording
+from support.processes.waiting import wait_until
 
 WRONG = recording().changed("1-10", range_m=pl.col("range_m") / 1e3)
 RIGHT = recording()
@@ -60,6 +62,44 @@ def test_an_unfinished_window_has_no_findings() -> None:
     diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
     assert not checked(diagnosis)
     assert diagnosis.records() == []
+    diagnosis.stop()
+
+
+def test_the_end_of_a_stream_ends_its_window() -> None:
+    """A recording of half a minute was never diagnosed."""
+    diagnosis = opened()
+    diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 45.0), ())
+    diagnosis.put(output_of([Update(1, START_S, 1)]))
+    assert not diagnosis.is_pending
+    diagnosis.end_stream()
+    wait_until(lambda: not diagnosis.is_pending, "the diagnosis")
+    assert [(one["sensor_id"], one["code"]) for one in diagnosis.records()] == [
+        ("1-10", "range_unit")
+    ]
+    diagnosis.stop()
+
+
+def test_the_last_seconds_of_a_long_stream_are_not_diagnosed() -> None:
+    diagnosis = opened()
+    assert window(diagnosis) == []
+    diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + REMAINDER_MIN_S - 5.0), ())
+    diagnosis.end_stream()
+    wait_until(lambda: not diagnosis.is_pending, "the diagnosis")
+    assert diagnosis.records() == []
+    diagnosis.stop()
+
+
+def test_a_failed_diagnosis_of_the_end_of_a_stream_is_not_pending(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(evidence: object) -> list[Diagnosis]:
+        raise ValueError(evidence)
+
+    monkeypatch.setattr(live_diagnosis, "diagnose", fail)
+    diagnosis = opened()
+    diagnosis.record(WRONG.frame, ())
+    diagnosis.end_stream()
+    wait_until(lambda: not diagnosis.is_pending, "the diagnosis")
     diagnosis.stop()
 
 

@@ -308,9 +308,9 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
     service, gate = start(), threading.Event()
     publish = service.publication.publish
 
-    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+    def publish_late(output: EngineOutput, data_time_s: float | None, ends: bool = False) -> None:
         gate.wait(WAIT_TIMEOUT_S)
-        publish(output, data_time_s)
+        publish(output, data_time_s, ends)
 
     monkeypatch.setattr(service.publication, "publish", publish_late)
     frame = recording(40)
@@ -355,10 +355,10 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
     publish = service.publication.publish
     entered, gate = threading.Event(), threading.Event()
 
-    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+    def publish_late(output: EngineOutput, data_time_s: float | None, ends: bool = False) -> None:
         entered.set()
         assert gate.wait(WAIT_TIMEOUT_S)
-        publish(output, data_time_s)
+        publish(output, data_time_s, ends)
 
     monkeypatch.setattr(service.publication, "publish", publish_late)
     for number, piece in enumerate(cut(recording(30), [10, 10])):

@@ -160,9 +160,9 @@ def test_a_cancelled_wait_does_not_stop_the_engine(start: Starter) -> None:
     frame = recording(20)
     publication, publish = service.publication, service.publication.publish
 
-    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+    def publish_late(output: EngineOutput, data_time_s: float | None, ends: bool = False) -> None:
         gate.wait(WAIT_TIMEOUT_S)
-        publish(output, data_time_s)
+        publish(output, data_time_s, ends)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(publication, "publish", publish_late)
