@@ -114,11 +114,16 @@ def _write(
     context: Any, builder: Any, signature: Any, array: Any, indices: Any, count: Any, lanes: Any
 ) -> Any:
     place = _place(context, builder, signature, array, indices)
-    mask = _mask(builder, count)
-    name = f"llvm.masked.store.v{LANES}f64.p0"
-    of = ir.FunctionType(ir.VoidType(), [_VECTOR, place.type, ir.IntType(32), mask.type])
-    function = _declare(builder.module, of, name)
-    builder.call(function, [lanes, place, ir.IntType(32)(8), mask])
+    # AMD processors execute a masked store as forty operations.
+    with builder.if_else(builder.icmp_signed(">=", count, _INTEGER(LANES))) as (whole, part):
+        with whole:
+            builder.store(lanes, place, align=8)
+        with part:
+            mask = _mask(builder, count)
+            name = f"llvm.masked.store.v{LANES}f64.p0"
+            of = ir.FunctionType(ir.VoidType(), [_VECTOR, place.type, ir.IntType(32), mask.type])
+            function = _declare(builder.module, of, name)
+            builder.call(function, [lanes, place, ir.IntType(32)(8), mask])
     return context.get_dummy_value()
 
 

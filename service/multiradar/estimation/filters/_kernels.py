@@ -293,10 +293,7 @@ def read_out(
             for c in range(begin, min(begin + LANES, n)):
                 x += V[i, c] * bias[c]
         out[i] = x
-    v00 = P[0]
-    v01 = P[1]
-    v11 = P[4]
-    vv = P[7] + P[9]
+    v = (P[0], P[1], P[4], P[7] + P[9])
     for j in range(0, n, LANES):
         # Eight columns of V L at once; L is zero above the diagonal.
         count = min(LANES, n - j)
@@ -311,15 +308,31 @@ def read_out(
                 w1 = w1 + V[1, c] * f
                 w2 = w2 + V[2, c] * f
                 w3 = w3 + V[3, c] * f
-        for i in range(count):
-            v00 += lane_of(w0, i) * lane_of(w0, i)
-            v01 += lane_of(w0, i) * lane_of(w1, i)
-            v11 += lane_of(w1, i) * lane_of(w1, i)
-            vv += lane_of(w2, i) * lane_of(w2, i) + lane_of(w3, i) * lane_of(w3, i)
-    out[4] = v00
-    out[5] = v01
-    out[6] = v11
-    out[7] = vv
+        v = add_squares(v, w0, w1, w2, w3, count)
+    set_readout(v, out)
+
+
+@in_loop
+def add_squares(
+    v: tuple[float, float, float, float], w0: Lanes, w1: Lanes, w2: Lanes, w3: Lanes, count: int
+) -> tuple[float, float, float, float]:
+    """Add columns of V L to the variances of `set_readout`: V P_ς Vᵀ = (V L) (V L)ᵀ."""
+    v00, v01, v11, vv = v
+    for i in range(count):
+        v00 += lane_of(w0, i) * lane_of(w0, i)
+        v01 += lane_of(w0, i) * lane_of(w1, i)
+        v11 += lane_of(w1, i) * lane_of(w1, i)
+        vv += lane_of(w2, i) * lane_of(w2, i) + lane_of(w3, i) * lane_of(w3, i)
+    return v00, v01, v11, vv
+
+
+@in_loop
+def set_readout(v: tuple[float, float, float, float], out: Floats) -> None:
+    """Set variance east, covariance, variance north and the sum of those of the rates."""
+    out[4] = v[0]
+    out[5] = v[1]
+    out[6] = v[2]
+    out[7] = v[3]
 
 
 @in_loop

@@ -40,6 +40,11 @@ from multiradar.estimation.filters._kernels import (
     updated_fading_nis,
 )
 from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
+from multiradar.estimation.filters.imm._column_list_kernels import (
+    NOT_LISTED,
+    inform_of_columns,
+    spread_of_columns,
+)
 from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, predict_columns
 from multiradar.estimation.filters.imm._mode_delay_kernels import (
     add_delay_to_modes,
@@ -107,15 +112,17 @@ Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Directi
 def correct_modes(
     sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft, a: State,
     x: State, P: Covariances, predicted: Lanes, sums: BiasSums, mine: ModeScratch,
-    innovations: Floats, row: int, blocks: int,
+    innovations: Floats, row: int, used: tuple[int, int],
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
     """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
 
     Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
     measurement contributes to the biases. A range is without the delay of the transponder at the
-    published biases.
+    published biases. ``used``: the blocks of biases on which the aircraft
+    depends, and the number of those in `ModeScratch.columns`.
     """
     kind, z0, z1, height = sight.kind, sight.z0, sight.z1, sight.height
+    blocks, listed = used
     sites, noises, starts = model.sites, model.noises, model.starts
     parameters, options = model.parameters, model.options
     bias_covariance, count = model.bias_covariance, model.modes.shape[0]
@@ -152,7 +159,10 @@ def correct_modes(
     if delayed:
         # Innovations at bias zero become right by `correct_modes_with_delay`.
         add_delay_to_modes(k, count, kind, s, model, aircraft.delay, U, mine)
-    b = spread_of_biases(U, bias_covariance, R)
+    if listed == NOT_LISTED:
+        b = spread_of_biases(U, bias_covariance, R)
+    else:
+        b = spread_of_columns(U, bias_covariance, R, mine.columns, listed)
     r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
     o = (0.0, 0.0, 0.0)
     if has_slow:
@@ -196,6 +206,8 @@ def correct_modes(
             nu0, nu1 = sum_of(predicted * nu[0]), sum_of(predicted * nu[1])
             if delayed:
                 inform_of_modes(k, i00, i01, i11, nu0, nu1, aircraft.delay, sums, mine.delay)
+            elif listed != NOT_LISTED:
+                inform_of_columns(i00, i01, i11, nu0, nu1, U, R, Y, y, mine.columns, listed)
             else:
                 inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
         store_row(probabilities, k, 0, count, posterior)

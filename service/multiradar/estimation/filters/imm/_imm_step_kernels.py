@@ -26,6 +26,7 @@ from multiradar.estimation.filters._kernels import (
     MANOEUVRE_FACTOR_MAX,
     MODES_NIS_DENSITY,
     MODES_NIS_FLOOR,
+    NONE,
     REJECTED,
     RESTARTED,
     STARTED,
@@ -71,6 +72,14 @@ from multiradar.estimation.filters.height._unknown_height_kernels import (
     store_height_estimate,
     used_as,
 )
+from multiradar.estimation.filters.imm._column_list_kernels import (
+    NOT_LISTED,
+    blocks_between,
+    fetch_columns,
+    fetch_information,
+    list_columns,
+    read_out_columns,
+)
 from multiradar.estimation.filters.imm._imm_kernels import correct_modes
 from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns
 from multiradar.estimation.filters.imm._mode_delay_kernels import (
@@ -115,6 +124,8 @@ IMM = 12
 
 # Number of rows by which the aircraft of a row is prefetched: one fills half of the L1 cache.
 AIRCRAFT_AHEAD = 1
+# The same of the first mode, which shows on which of many biases an aircraft depends.
+MODE_AHEAD = 2
 
 
 @kernel
@@ -139,7 +150,9 @@ def imm_step(
         work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
         model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), sums,
         np.empty(HEIGHT_ESTIMATE_COUNT),
-        ModeScratch(np.empty((count, 2, n)), scratch, slow, np.empty(DELAY_SCRATCH)),
+        ModeScratch(
+            np.empty((count, 2, n)), scratch, slow, np.empty(DELAY_SCRATCH), np.empty(n, np.int64)
+        ),
     )  # fmt: skip
 
 
@@ -177,6 +190,7 @@ def process_rows(
     count, Y, y = modes.shape[0], sums.Y, sums.y
     scratch, slow, reporting = mine.rows, aircraft.slow, rows.motion.shape[0] > 0
     timed, many = has_time_offset(model.parameters), y.shape[0] > DENSE_MAX
+    ahead, blocks_ahead = NONE, ALL_BLOCKS
     for p in work.partitions:
         if many:
             sums = BiasSums(result.information[p], result.vector[p], sums.U, sums.R)
@@ -187,14 +201,26 @@ def process_rows(
                 fetch_row(
                     work.order[i + ROWS_AHEAD], rows.slot, rows.time, rows.sensor, rows.z, outcomes
                 )
-            if i + AIRCRAFT_AHEAD < work.bounds[p + 1]:
-                ahead = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
-                if ahead >= 0:
-                    fetch_modes(ahead, count, mode_means, mode_covariances, mode_V, probabilities)
-                    fetch_whole(ahead, means, covariances, sensitivities, times, heights, vertical)
-                    fetch_ahead(slow, ahead, 0)
             row = work.order[i]
             k = rows.slot[row]
+            known, blocks_known = ahead, blocks_ahead
+            ahead = NONE
+            if many and i + MODE_AHEAD < work.bounds[p + 1]:
+                fetch_first_mode(rows.slot[work.order[i + MODE_AHEAD]], count, mode_V)
+            if i + AIRCRAFT_AHEAD < work.bounds[p + 1]:
+                following = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
+                if following >= 0:
+                    fetch_modes(
+                        following, count, mode_means, mode_covariances, mode_V, probabilities
+                    )
+                    fetch_whole(
+                        following, means, covariances, sensitivities, times, heights, vertical
+                    )
+                    fetch_ahead(slow, following, 0)
+                if many and following >= 0 and following != k:
+                    # Of this aircraft, the blocks may change now.
+                    ahead = following
+                    blocks_ahead = fetch_columns(following, count, mode_V, sensitivities)
             kind = rows.kind[row]
             innovations[row, 0] = np.nan
             outcome = check_row(k, kind, True)
@@ -223,7 +249,7 @@ def process_rows(
             used = used_as(kind, check, heights[k])
             first = 0.0 if used == KIND_BEARING else z0
             action = outcome
-            blocks, found = ALL_BLOCKS, False
+            blocks, found, listed = ALL_BLOCKS, False, NOT_LISTED
             if outcome in (STARTED, RESTARTED):
                 sight = Sight(kind, z0, z1, height, variance)
                 started = start_aircraft(
@@ -249,7 +275,7 @@ def process_rows(
                         k, count, means, covariances, sensitivities, mode_means, mode_covariances,
                         mode_V, probabilities,
                     )  # fmt: skip
-                    slow[k, 0] = np.nan
+                    slow[k, 0], known = np.nan, NONE
                 if np.isnan(heights[k]):
                     estimate_height(
                         check, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, model, means,
@@ -277,8 +303,15 @@ def process_rows(
                 else:
                     a, P = load_modes(k, count, mode_means, mode_covariances)
                     blocks, found = ALL_BLOCKS, True
-                    if aircraft.delay.shape[1] == 0:
-                        blocks = blocks_of_modes(k, count, mode_V, starts[q], starts[q + 1])
+                    if aircraft.delay.shape[1] == 0 and many:
+                        if known != k:
+                            blocks_known = blocks_of_modes(k, count, mode_V, 0, 0)
+                        blocks = blocks_known | blocks_between(starts[q], starts[q + 1])
+                        listed = list_columns(
+                            k, count, mode_V, blocks, starts[q], starts[q + 1], mine.columns
+                        )
+                        if informs:
+                            fetch_information(sums.Y, mine.columns, listed)
                     x = evaluate_modes(k, count, a, bias_row, mode_V, scratch, blocks)
                     if dt > 0.0:
                         # Innovations that no mode explains indicate a manoeuvre outside the models.
@@ -308,7 +341,7 @@ def process_rows(
                     times[k] = time
                     outcome, posterior, a, x, P = correct_modes(
                         sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mine,
-                        innovations, row, blocks,
+                        innovations, row, (blocks, listed),
                     )  # fmt: skip
                     if outcome == UPDATED or dt > 0.0:
                         store_modes(k, count, a, P, mode_means, mode_covariances)
@@ -355,11 +388,18 @@ def process_rows(
             elif action == UPDATED:
                 coast_height(dt, k, heights, vertical, options)
             if accepted and want_readout:
-                if not found:
-                    blocks = blocks_in_use(sensitivities[k])
-                read_out(
-                    means[k], covariances[k], sensitivities[k], blocks, bias, factor, readouts[row]
-                )
+                if listed != NOT_LISTED:
+                    read_out_columns(
+                        means[k], covariances[k], sensitivities[k], bias, factor, mine.columns,
+                        listed, readouts[row],
+                    )  # fmt: skip
+                else:
+                    if not found:
+                        blocks = blocks_in_use(sensitivities[k])
+                    read_out(
+                        means[k], covariances[k], sensitivities[k], blocks, bias, factor,
+                        readouts[row],
+                    )  # fmt: skip
                 finish_readout(row, k, heights, vertical, updates, on_ground, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)
         if not many:
@@ -377,7 +417,15 @@ def fetch_modes(
         fetch_ahead(mode_means, k * count, line)
     for line in range((count * 10 + 7) // 8):
         fetch_ahead(mode_covariances, k * count, line)
-    for line in range((count * 4 * min(mode_V.shape[2], DENSE_MAX) + 7) // 8):
+    if mode_V.shape[2] <= DENSE_MAX:
+        for line in range((count * 4 * mode_V.shape[2] + 7) // 8):
+            fetch_ahead(mode_V, k * count, line)
+
+
+@in_loop
+def fetch_first_mode(k: int, count: int, mode_V: Floats) -> None:
+    """Prefetch the sensitivities of the first mode of an aircraft."""
+    for line in range((4 * mode_V.shape[2] + 7) // 8 if k >= 0 else 0):
         fetch_ahead(mode_V, k * count, line)
 
 
@@ -393,5 +441,6 @@ def fetch_whole(
     fetch_ahead(times, k, 0)
     fetch_ahead(heights, k, 0)
     fetch_ahead(vertical, k, 0)
-    for line in range((4 * min(V.shape[2], DENSE_MAX) + 7) // 8):
-        fetch_ahead(V, k, line)
+    if V.shape[2] <= DENSE_MAX:
+        for line in range((4 * V.shape[2] + 7) // 8):
+            fetch_ahead(V, k, line)
