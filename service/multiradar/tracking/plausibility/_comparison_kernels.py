@@ -299,13 +299,34 @@ def site_agreement(
     """Return the sum of the valid comparison results of the sensors at a site."""
     total = 0
     for s in range(site_numbers.shape[0]):
-        if (
-            site_numbers[s] == site_number
-            and watch.self_reported[s] == 0
-            and time - integrity.compared_at[k, s] <= FRESH_SCANS * watch.period[s]
-        ):
+        if site_numbers[s] == site_number and is_valid(k, s, time, watch, integrity):
             total += integrity.agreement[k, s]
     return total
+
+
+@in_loop
+def is_valid(k: int, s: int, time: float, watch: Watch, integrity: ReportIntegrity) -> bool:
+    """Return whether the comparison with a sensor is still valid."""
+    fresh: bool = time - integrity.compared_at[k, s] <= FRESH_SCANS * watch.period[s]
+    return fresh and watch.self_reported[s] == 0
+
+
+@in_loop
+def leads_site(
+    k: int, s: int, time: float, site_numbers: Integers, watch: Watch, integrity: ReportIntegrity
+) -> bool:
+    """Return whether a sensor is the first at its site with a valid comparison.
+
+    Few of many sensors are: a loop over all sites for each of them would cost their square.
+    """
+    leads = 0 <= site_numbers[s] < site_numbers.shape[0] and is_valid(k, s, time, watch, integrity)
+    if leads:
+        for other in range(s):
+            if site_numbers[other] == site_numbers[s] and is_valid(
+                k, other, time, watch, integrity
+            ):
+                leads = False
+    return leads
 
 
 @in_loop
@@ -319,16 +340,19 @@ def vote(
     """
     against = 0
     agreeing = 0
-    for site_number in range(site_numbers.shape[0]):
-        agreement = site_agreement(k, site_number, time, site_numbers, watch, integrity)
-        agreeing += agreement > 0
-        against += agreement < 0
+    for s in range(site_numbers.shape[0]):
+        if leads_site(k, s, time, site_numbers, watch, integrity):
+            agreement = site_agreement(k, site_numbers[s], time, site_numbers, watch, integrity)
+            agreeing += agreement > 0
+            against += agreement < 0
     lost = against > agreeing + 1
     if against == agreeing + 1:
         lost = True
-        for site_number in range(site_numbers.shape[0]):
-            if lost and site_agreement(k, site_number, time, site_numbers, watch, integrity) < 0:
-                lost = is_credible(k, site_number, time, site_numbers, watch, integrity)
+        for s in range(site_numbers.shape[0]):
+            if lost and leads_site(k, s, time, site_numbers, watch, integrity):
+                number = site_numbers[s]
+                if site_agreement(k, number, time, site_numbers, watch, integrity) < 0:
+                    lost = is_credible(k, number, time, site_numbers, watch, integrity)
     return lost, agreeing > against
 
 

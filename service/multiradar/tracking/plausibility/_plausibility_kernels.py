@@ -41,7 +41,7 @@ from multiradar.tracking.plausibility._coverage_kernels import (
     sine_of_elevation,
 )
 from multiradar.tracking.roster import NEW_TRACK, Roster, RowIdentities
-from multiradar_compiled.kernels import in_loop, loop
+from multiradar_compiled.kernels import fetch_ahead, in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -68,6 +68,8 @@ HITS_MIN = 3
 # Number of inconsistent reports that suffice, and its decrease with each consistent one.
 INCONSISTENCIES_MAX = 4.0
 INCONSISTENCY_DECAY = 0.5
+# Number of rows by which the aircraft of a row is prefetched.
+ROWS_AHEAD = 4
 
 
 @loop
@@ -89,6 +91,8 @@ def check_rows(
     of its reports, m; without a change the last row, and −1 for the slot.
     """
     for row in range(first, last):
+        if row + ROWS_AHEAD < last:
+            fetch_integrity(rows.slot[row + ROWS_AHEAD], integrity)
         k, s, time = rows.slot[row], rows.sensor[row], rows.time[row]
         z0, z1, height = rows.z[row, 0], rows.z[row, 1], rows.height[row]
         if k < 0 or is_bearing(rows.kind[row]):
@@ -135,6 +139,19 @@ def reassign_reports(
                     silent = rows.time[row] - life.last_seen[k, s]
                     if watch.self_reported[s] == 0 and silent <= watch.support_s:
                         identities.slot[row] = k
+
+
+@in_loop
+def fetch_integrity(k: int, integrity: ReportIntegrity) -> None:
+    """Prefetch what each row reads or resets of an aircraft: a number of each sensor."""
+    if k >= 0:
+        fetch_ahead(integrity.owner, k, 0)
+        fetch_ahead(integrity.seen, k, 0)
+        fetch_ahead(integrity.report, k, 0)
+        fetch_ahead(integrity.other, k, 0)
+        for line in range((integrity.waiting.shape[1] + 7) // 8):
+            fetch_ahead(integrity.waiting, k, line)
+            fetch_ahead(integrity.unseen, k, line)
 
 
 @in_loop
