@@ -1,7 +1,7 @@
 """Motion modes of live tracks, as estimated by the IMM filter."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,8 @@ from multiradar.estimation.filters.imm._mode_kernels import STRAIGHT_AT_FIRST
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp] | slice
+#: Tracks, and the biases on which they depend.
+Groups = Iterable[tuple[Indices, Indices]]
 
 #: Tracks of a group.
 GROUP_TRACKS = 32
@@ -39,8 +41,9 @@ class ModeStates:
 
 
 def mode_states(
-    aircraft: Aircraft, slots: NDArray[np.intp], bias: Floats, factor: Floats
-) -> ModeStates:
+    aircraft: Aircraft, slots: NDArray[np.intp], bias: Floats, factor: Floats,
+    groups: Groups | None = None,
+) -> ModeStates:  # fmt: skip
     """Return the mode estimates of aircraft at the published biases.
 
     Parameters
@@ -53,6 +56,8 @@ def mode_states(
         Published bias estimate.
     factor : (c, c) float64
         Upper triangular Lᵀ with L Lᵀ = its covariance.
+    groups : iterable, optional
+        The tracks in groups, if already known: see `groups_by_columns`.
 
     Returns
     -------
@@ -69,8 +74,9 @@ def mode_states(
     mean[new] = aircraft.mean[slots[new], None]
     covariance[new] = aircraft.covariance[slots[new], None]
     spread = np.empty((len(slots), count, 4, 4))
-    for some, columns in groups_by_columns(aircraft.sensitivity[slots]):
-        sensitivity = aircraft.mode_sensitivity[rows[some]][..., columns]
+    groups = groups_by_columns(aircraft.sensitivity[slots]) if groups is None else groups
+    for some, columns in groups:
+        sensitivity = _columns_of(aircraft.mode_sensitivity, rows[some], columns)
         sensitivity[new[some]] = aircraft.sensitivity[slots[some][new[some]], None][..., columns]
         mean[some] += sensitivity @ bias[columns]
         root = times(sensitivity, factor.T[columns])
@@ -82,6 +88,18 @@ def mode_states(
         slow @ aircraft.slow_covariance[slots[reporting], None] @ slow.swapaxes(-1, -2)
     )
     return ModeStates(probability, mean, covariance + spread[..., upper[0], upper[1]])
+
+
+def _columns_of(matrices: Floats, rows: NDArray[np.intp], columns: Indices) -> Floats:
+    """Return some columns of matrices, (..., 4, a)."""
+    if isinstance(columns, slice):
+        return matrices[rows][..., columns]
+    # Only these are read: of a hundred sensors, whole matrices would be ten times as large. Column
+    # by column, as in `matrices[rows][..., columns]`: products depend on it to the last bit.
+    height, width = matrices.shape[1:]
+    begin = width * (height * rows[..., None] + np.arange(height)).ravel()
+    chosen: Floats = matrices.ravel().take(columns[:, None] + begin)
+    return chosen.T.reshape(*rows.shape, height, len(columns))
 
 
 def times(matrices: Floats, other: Floats) -> Floats:

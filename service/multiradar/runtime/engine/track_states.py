@@ -40,12 +40,13 @@ def track_states(
     covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
     mean = aircraft.mean[slots]
     estimate, factor = biases.model.bias, biases.model.factor
-    root = None
+    root, groups = None, []
     if used.keeps_sensitivity:
         sensitivity = aircraft.sensitivity[slots]
+        groups = list(groups_by_columns(sensitivity))
         mean += sensitivity @ estimate
         root = np.empty_like(sensitivity)
-        for some, columns in groups_by_columns(sensitivity):
+        for some, columns in groups:
             root[some] = times(sensitivity[some][..., columns], factor.T[columns])
         covariance += root @ root.transpose(0, 2, 1)
         # The delay of its transponder is an error of each track alone.
@@ -57,7 +58,7 @@ def track_states(
         mean=mean,
         covariance=covariance,
         height_m=aircraft.height[slots],
-        modes=mode_states(aircraft, slots, estimate, factor) if used.keeps_modes else None,
+        modes=mode_states(aircraft, slots, estimate, factor, groups) if used.keeps_modes else None,
         shared=root,
         climbs=climbs(aircraft, slots),
     )
