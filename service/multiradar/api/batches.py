@@ -4,14 +4,14 @@ import asyncio
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
+from collections.abc import AsyncGenerator, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 from multiradar.access.shares import CLIENT, Shares
 from multiradar.api.workers import Workers
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
-from multiradar.runtime.ports import EventSource, StreamEvent, View
+from multiradar.runtime.ports import EventSource, StreamEvents, View
 from multiradar.settings.limits import HttpLimits
 
 #: Kinds of events that a client can select; gap notices are always sent.
@@ -44,7 +44,7 @@ class Batch:
     text: bytes
 
 
-Encoder = Callable[[Sequence[StreamEvent]], bytes]
+Encoder = Callable[[StreamEvents], bytes]
 
 
 class StreamHub:
@@ -122,12 +122,13 @@ class StreamHub:
     def _next(
         self, subscription: EventSource, kinds: frozenset[str], encode: Encoder, transport: str
     ) -> Batch | None:
-        polled = subscription.poll(self._limits.stream_batch_events_max)
-        if not polled:
+        polled = subscription.poll_table(self._limits.stream_batch_events_max)
+        numbers = polled.numbers
+        if not numbers:
             return None
-        gaps = sum(event.kind == GAP for event in polled)
+        gaps = polled.kinds.count(GAP)
         STREAM_GAPS.labels(transport=transport).inc(gaps)
-        key = (transport, kinds, polled[0].sequence, polled[-1].sequence, gaps, len(polled))
+        key = (transport, kinds, numbers[0], numbers[-1], gaps, len(numbers))
         with self._lock:
             shared = self._retained.setdefault(key, _Shared())
             while len(self._retained) > _RETAINED_BATCHES:
@@ -148,12 +149,12 @@ class _Shared:
         self._batch: Batch | None = None
         self._lock = threading.Lock()
 
-    def batch(self, polled: Sequence[StreamEvent], kinds: frozenset[str], encode: Encoder) -> Batch:
+    def batch(self, polled: StreamEvents, kinds: frozenset[str], encode: Encoder) -> Batch:
         with self._lock:
             if self._batch is None:
-                chosen = [event for event in polled if event.kind in kinds or event.kind == GAP]
-                text = encode(chosen) if chosen else b""
-                self._batch = Batch(polled[-1].sequence, len(chosen), text)
+                chosen = polled.of_kinds(kinds | {GAP})
+                count = len(chosen.kinds)
+                self._batch = Batch(polled.numbers[-1], count, encode(chosen) if count else b"")
             return self._batch
 
 

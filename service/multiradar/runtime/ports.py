@@ -1,6 +1,6 @@
 """Interfaces of the running service for HTTP, Zenoh and ASTERIX."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -39,6 +39,34 @@ class StreamEvent(Protocol):
         ...
 
 
+class StreamEvents(Protocol):
+    """Events of the stream in columns, one element for each."""
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Their `StreamEvent.sequence`."""
+        ...
+
+    @property
+    def kinds(self) -> list[str]:
+        """Their `StreamEvent.kind`."""
+        ...
+
+    @property
+    def keys(self) -> list[str]:
+        """Their `StreamEvent.key`."""
+        ...
+
+    @property
+    def payloads(self) -> list[bytes]:
+        """Their `StreamEvent.payload`."""
+        ...
+
+    def of_kinds(self, kinds: Container[str]) -> "StreamEvents":
+        """Return the events of some kinds."""
+        ...
+
+
 class EventSource(Protocol):
     """A position in the stream of events."""
 
@@ -59,6 +87,10 @@ class EventSource(Protocol):
 
     def poll(self, max_events: int) -> Sequence[StreamEvent]:
         """Return the next events, at most so many, without waiting."""
+        ...
+
+    def poll_table(self, max_events: int) -> StreamEvents:
+        """Return the next events in columns, as `poll`."""
         ...
 
     def set_wakeup(self, callback: Callable[[], None]) -> None:

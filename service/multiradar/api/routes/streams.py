@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import secrets
 from collections.abc import Coroutine, Mapping, Sequence
+from itertools import chain
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request
@@ -20,7 +21,7 @@ from multiradar.api.problems import parameter_error
 from multiradar.api.query import INTEGER_MOST, AsInteger, integer, list_form, strict_query
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REJECTIONS
-from multiradar.runtime.ports import StreamEvent
+from multiradar.runtime.ports import StreamEvents
 
 #: Close codes of `/v1/stream`.
 CLOSE_POLICY = 1008
@@ -112,26 +113,26 @@ def chosen_kinds(text: str | None) -> frozenset[str]:
     return kinds
 
 
-def message(events: Sequence[StreamEvent]) -> bytes:
+def message(events: StreamEvents) -> bytes:
     """Return events as one WebSocket message."""
-    parts: list[bytes] = []
-    for event in events:
-        head = f',{{"sequence":{event.sequence},"kind":"{event.kind}","key":"{event.key}","data":'
-        # Joined, not formatted: each payload is copied once.
-        parts += (head.encode(), event.payload, b"}")
-    parts[0] = b'{"type":"events","first":%d,"last":%d,"events":[%s' % (
-        events[0].sequence,
-        events[-1].sequence,
-        parts[0].removeprefix(b","),
-    )
-    return b"".join([*parts, b"]}"])
+    numbers, payloads = events.numbers, events.payloads
+    heads = [
+        f'}},{{"sequence":{number},"kind":"{kind}","key":"{key}","data":'.encode()
+        for number, kind, key in zip(numbers, events.kinds, events.keys, strict=True)
+    ]
+    heads[0] = heads[0].removeprefix(b"},")
+    start = b'{"type":"events","first":%d,"last":%d,"events":[' % (numbers[0], numbers[-1])
+    # Joined, not formatted: each payload is copied once.
+    parts = chain.from_iterable(zip(heads, payloads, strict=True))
+    return b"".join([start, *parts, b"}]}"])
 
 
-def event_lines(events: Sequence[StreamEvent]) -> bytes:
+def event_lines(events: StreamEvents) -> bytes:
     """Return events as the text of server-sent events."""
+    columns = zip(events.numbers, events.kinds, events.payloads, strict=True)
     return b"".join(
-        b"id: %d\nevent: %s\ndata: %s\n\n" % (event.sequence, event.kind.encode(), event.payload)
-        for event in events
+        b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), payload)
+        for number, kind, payload in columns
     )
 
 

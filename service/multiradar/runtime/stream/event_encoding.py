@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -157,13 +158,12 @@ def encode_events(
     kinds = [kind for kind, keys, _ in parts for _ in keys]
     every_key = [key for _, keys, _ in parts for key in keys]
     payloads = [row for _, _, rows in parts for row in rows]
-    chosen = order.tolist()
-    return EventTable(
-        first,
-        [kinds[place] for place in chosen],
-        [every_key[place] for place in chosen],
-        [payloads[place] for place in chosen],
-    )
+    numbers = range(first, first + len(order))
+    if len(order) > 1:
+        chosen = itemgetter(*order.tolist())
+        kinds, every_key = list(chosen(kinds)), list(chosen(every_key))
+        payloads = list(chosen(payloads))
+    return EventTable(numbers, kinds, every_key, payloads)
 
 
 def change_rows(change: Mapping[str, Any], table: SensorTable) -> NDArray[np.void]:

@@ -7,8 +7,8 @@ it, in the thread of that subscriber. Readers never block the engine.
 import threading
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable, Sequence
-from itertools import islice
+from collections.abc import Callable, Container, Iterator, Sequence
+from itertools import compress, islice
 from typing import NamedTuple, overload
 
 TRACK = "track"
@@ -52,33 +52,83 @@ class EventTable(Sequence[Event]):
 
     Parameters
     ----------
-    first : int
-        Sequence number of the first event.
+    numbers : sequence of int
+        Sequence number of each.
     kinds, keys : list of str
-        Kind and key of each.
+        Its kind and key.
     payloads : list of bytes
         Its JSON object.
     """
 
     def __init__(
-        self, first: int, kinds: list[str], keys: list[str], payloads: list[bytes]
+        self, numbers: Sequence[int], kinds: list[str], keys: list[str], payloads: list[bytes]
     ) -> None:
-        self._first = first
-        self._columns = kinds, keys, payloads
+        #: Sequence number of each event.
+        self.numbers = numbers
+        #: Its kind.
+        self.kinds = kinds
+        #: Its key.
+        self.keys = keys
+        #: Its JSON object.
+        self.payloads = payloads
+
+    @classmethod
+    def of(cls, events: Sequence[Event]) -> "EventTable":
+        """Return events in columns."""
+        if isinstance(events, EventTable):
+            return events
+        return cls(
+            [one.sequence for one in events], [one.kind for one in events],
+            [one.key for one in events], [one.payload for one in events],
+        )  # fmt: skip
+
+    @classmethod
+    def joined(cls, parts: Sequence["EventTable"]) -> "EventTable":
+        """Return the events of all parts, one part after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        joined = EventTable([], [], [], [])
+        numbers: list[int] = []
+        for part in parts:
+            numbers += part.numbers
+            joined.kinds += part.kinds
+            joined.keys += part.keys
+            joined.payloads += part.payloads
+        joined.numbers = numbers
+        return joined
+
+    def between(self, begin: int, end: int) -> "EventTable":
+        """Return the events at places begin…end."""
+        some = slice(begin, end)
+        return EventTable(
+            self.numbers[some], self.kinds[some], self.keys[some], self.payloads[some]
+        )
+
+    def of_kinds(self, kinds: Container[str]) -> "EventTable":
+        """Return the events of some kinds."""
+        chosen = [kind in kinds for kind in self.kinds]
+        if all(chosen):
+            return self
+        return EventTable(
+            list(compress(self.numbers, chosen)), list(compress(self.kinds, chosen)),
+            list(compress(self.keys, chosen)), list(compress(self.payloads, chosen)),
+        )  # fmt: skip
 
     def __len__(self) -> int:
-        return len(self._columns[0])
+        return len(self.kinds)
+
+    def __iter__(self) -> Iterator[Event]:
+        return map(Event, self.numbers, self.kinds, self.keys, self.payloads)
 
     @overload
     def __getitem__(self, place: int) -> Event: ...
     @overload
     def __getitem__(self, place: slice) -> list[Event]: ...
     def __getitem__(self, place: int | slice) -> Event | list[Event]:
-        kinds, keys, payloads = self._columns
-        numbers = range(self._first, self._first + len(self))
         if isinstance(place, slice):
-            return list(map(Event, numbers[place], kinds[place], keys[place], payloads[place]))
-        return Event(numbers[place], kinds[place], keys[place], payloads[place])
+            begin, end, step = place.indices(len(self))
+            return list(self.between(begin, end))[::step]
+        return Event(self.numbers[place], self.kinds[place], self.keys[place], self.payloads[place])
 
 
 class EventChunk:
@@ -282,24 +332,31 @@ class Subscription:
 
         A gap notice counts as one event and precedes the events after the gap.
         """
+        return list(self.poll_table(max_events))
+
+    def poll_table(self, max_events: int) -> EventTable:
+        """Return the next events in columns: as `poll`."""
         if self._closed:
-            return []
+            return EventTable.of([])
         first, chunks = self._ring.after(self._after, self._depth, max_events)
-        polled, self._notices = self._notices, []
+        notices, self._notices = self._notices, []
         if first > self._after + 1:
-            polled.append(gap_notice(self._after + 1, first - 1))
+            notices.append(gap_notice(self._after + 1, first - 1))
             self.lost += first - 1 - self._after
             self._after = first - 1
+        parts, count = [EventTable.of(notices)] if notices else [], len(notices)
         for chunk in chunks:
-            if len(polled) >= max_events:
+            if count >= max_events:
                 break
             start = self._after + 1 - chunk.first
-            polled.extend(chunk.events()[start : start + max_events - len(polled)])
-            self._after = polled[-1].sequence
-        if not polled and not self._ring.sleep(self, self._after):
+            end = min(start + max_events - count, chunk.count)
+            parts.append(EventTable.of(chunk.events()).between(start, end))
+            self._after = chunk.first + end - 1
+            count += end - start
+        if not parts and not self._ring.sleep(self, self._after):
             # An event arrived before the sleep.
-            return self.poll(max_events)
-        return polled
+            return self.poll_table(max_events)
+        return EventTable.joined(parts)
 
     def require(self, head: int) -> None:
         """Start over at the last event, with a notice, if the position is after it."""

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-from collections.abc import Sequence
 from unittest import mock
 
 import pytest
@@ -11,8 +10,8 @@ from multiradar.access.shares import CLIENT
 from multiradar.api.batches import StreamHub
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
-from multiradar.runtime.ports import StreamEvent
-from multiradar.runtime.stream.events import Event, Subscription
+from multiradar.runtime.ports import StreamEvents
+from multiradar.runtime.stream.events import EventTable, Subscription
 from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeView
 from support.processes.waiting import wait_until
@@ -56,18 +55,18 @@ def test_clients_of_the_same_tick_share_one_encoding() -> None:
     hub = StreamHub(view, Workers(2), HttpLimits())
     polled: list[int] = []
     encoded: list[int] = []
-    poll = Subscription.poll
+    poll = Subscription.poll_table
 
-    def counted(subscription: Subscription, max_events: int) -> list[Event]:
+    def counted(subscription: Subscription, max_events: int) -> EventTable:
         events = poll(subscription, max_events)
         polled.append(len(events))
         return events
 
-    def encode(events: Sequence[StreamEvent]) -> bytes:
-        encoded.append(len(events))
+    def encode(events: StreamEvents) -> bytes:
+        encoded.append(len(events.kinds))
         # The other client asks for the same batch meanwhile.
         wait_until(lambda: len(polled) == 2, "the other client")
-        return b"%d" % len(events)
+        return b"%d" % len(events.kinds)
 
     async def first() -> tuple[int, bytes]:
         batches = hub.batches("websocket", 0, frozenset({"track"}), encode)
@@ -79,6 +78,6 @@ def test_clients_of_the_same_tick_share_one_encoding() -> None:
         return list(await asyncio.gather(first(), first()))
 
     view.add_events(3)
-    with mock.patch.object(Subscription, "poll", counted):
+    with mock.patch.object(Subscription, "poll_table", counted):
         assert asyncio.run(of_both()) == [(3, b"3")] * 2
     assert encoded == [3]

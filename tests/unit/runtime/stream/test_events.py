@@ -6,7 +6,15 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from multiradar.runtime.stream.events import GAP, TRACK, Event, EventRing, Subscription
+from multiradar.runtime.stream.events import (
+    BIAS,
+    GAP,
+    TRACK,
+    Event,
+    EventRing,
+    EventTable,
+    Subscription,
+)
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 
 
@@ -107,8 +115,24 @@ def test_events_are_encoded_once_and_only_when_read() -> None:
     ring.append(1, encode)
     assert encoded == []
     first, second = ring.subscribe(0, 10), ring.subscribe(0, 10)
-    assert first.poll(1)[0] is second.poll(1)[0]
+    assert first.poll(1)[0].payload is second.poll_table(1).payloads[0]
     assert encoded == [1]
+
+
+def test_columns_are_those_of_the_events() -> None:
+    ring = EventRing(3)
+    _fill(ring, 3)
+    ring.append(
+        3, lambda: [Event(one, BIAS if one == 5 else TRACK, "9", b"{}") for one in (4, 5, 6)]
+    )
+    events, table = ring.subscribe(1, 9).poll(9), ring.subscribe(1, 9).poll_table(9)
+    # Two of the first chunk are lost with it.
+    assert [one.kind for one in events] == [GAP, TRACK, BIAS, TRACK]
+    assert list(table) == events == list(EventTable.of(events))
+    assert (table[1], table[1:]) == (events[1], events[1:])
+    assert list(table.of_kinds({BIAS, GAP})) == [events[0], events[2]]
+    assert table.of_kinds({BIAS, TRACK, GAP}) is table
+    assert list(ring.subscribe(3, 9).poll_table(2)) == events[1:3]
 
 
 def test_each_sleep_has_one_wake_up() -> None:
