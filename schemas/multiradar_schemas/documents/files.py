@@ -1,5 +1,6 @@
 """Reads configuration files: TOML to a model, or a list of all errors."""
 
+import difflib
 import re
 import tomllib
 from dataclasses import dataclass
@@ -20,6 +21,10 @@ Model = TypeVar("Model", bound=BaseModel)
 _HEAD = 4096
 _DECIMAL_COMMA = re.compile(r"^[^#\n]*=[ \t]*([-+]?\d+),(\d+)[ \t]*$", re.MULTILINE)
 _TABLE = re.compile(r"^[ \t]*(\[\[?)[ \t]*([\w.-]+)[ \t]*\]", re.MULTILINE)
+_AT_LINE = re.compile(r"\(at line (\d+), column \d+\)")
+_BARE_TEXT = re.compile(r"^[^#=\"']*=[ \t]*([A-Za-z][\w.-]*)[ \t]*(?:#.*)?$")
+#: Similarity of the name of a list and that of its tables.
+_NEAR_MIN = 0.8
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -84,20 +89,49 @@ def parse_toml(text: str, *, source: str) -> Document:
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        hint = _hint(text) or _hint_of(str(error))
+        hint = _hint(text, str(error)) or _hint_of(str(error))
         raise DocumentError(source, f"not valid TOML: {error}{hint}") from error
     return Document(source, values, key_lines(text))
 
 
-# A decimal comma, or a table that is given again where several of its name belong in a list.
-def _hint(text: str) -> str:
+# A decimal comma, text without quotes, or a table that is given again where several of its name
+# belong in a list.
+def _hint(text: str, message: str) -> str:
     comma = _DECIMAL_COMMA.search(text)
     if comma:
         return f"; write {comma[1]}.{comma[2]} for {comma[1]},{comma[2]}"
-    headers = [(one[1], one[2]) for one in _TABLE.finditer(text)]
-    names = [name for _, name in headers]
-    repeated = [name for bracket, name in headers if bracket == "[" and names.count(name) > 1]
-    return f"; write [[{repeated[0]}]] for each [{repeated[0]}]" if repeated else ""
+    bare = _bare_text(text, message)
+    if bare:
+        right = bare.lower() if bare in ("True", "False") else f'"{bare}"'
+        return f"; write {right} for {bare}"
+    return _hint_of_tables([(one[1], one[2]) for one in _TABLE.finditer(text)])
+
+
+# Text without quotes in the line of the error.
+def _bare_text(text: str, message: str) -> str:
+    line = _AT_LINE.search(message)
+    lines = text.split("\n")
+    bare = _BARE_TEXT.search(lines[int(line[1]) - 1]) if line else None
+    return bare[1] if bare else ""
+
+
+def _hint_of_tables(headers: list[tuple[str, str]]) -> str:
+    lists = [name for bracket, name in headers if bracket == "[["]
+    seen: set[str] = set()
+    for bracket, name in headers:
+        first = name.partition(".")[0]
+        if bracket == "[[" and name not in seen:
+            # Each element of a list has tables of its own.
+            seen = {one for one in seen if not one.startswith(f"{name}.")}
+        elif name in seen and name != first and first in lists:
+            return f"; [{name}] occurs twice in one [[{first}]]"
+        elif name in seen:
+            near = difflib.get_close_matches(first, lists, 1, _NEAR_MIN) if name != first else []
+            wrong = f"[[{near[0]}]], as in [{name}]" if near else f"each [{name}]"
+            return f"; write [[{first if near else name}]] for {wrong}"
+        else:
+            seen.add(name)
+    return ""
 
 
 def _hint_of(message: str) -> str:

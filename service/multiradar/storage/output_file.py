@@ -41,6 +41,8 @@ def new_file(path: Path) -> Iterator[Path]:
     folder = path.absolute().parent
     if not folder.is_dir():
         msg = f"{folder}: no such folder; create it before writing {path.name}"
+        if folder.exists():
+            msg = f"{folder}: expected a folder for {path.name}, was a file; choose another folder"
         raise InputError(msg)
     partial = folder / f".{path.name}.partial-{secrets.token_hex(4)}"
     register_leftover(partial)

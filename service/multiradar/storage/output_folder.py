@@ -41,6 +41,8 @@ def new_folder(path: Path) -> Iterator[Path]:
     parent = path.absolute().parent
     if not parent.is_dir():
         msg = f"{parent}: no such folder; create it before writing {path.name}"
+        if parent.exists():
+            msg = f"{parent}: expected a folder for {path.name}, was a file; choose another folder"
         raise InputError(msg)
     folder = OutputFolder(path.absolute())
     with ExitStack() as held:

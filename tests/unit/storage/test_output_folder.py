@@ -1,12 +1,17 @@
 """An output folder is either finished or not there, and what stands there already is left alone."""
 
 import fcntl
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
 from multiradar.errors import InputError, OutputExistsError
+from multiradar.storage.output_file import new_file
 from multiradar.storage.output_folder import new_folder
+
+New = Callable[[Path], AbstractContextManager[Path]]
 
 
 def test_the_folder_appears_when_all_went_well(tmp_path: Path) -> None:
@@ -120,3 +125,12 @@ def test_nothing_is_left_when_it_is_interrupted_while_it_is_made(
     with pytest.raises(expected), new_folder(tmp_path / "out"):
         pytest.fail("nothing may be written")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("new", [new_folder, new_file])
+def test_a_parent_that_is_a_file_is_named(new: New, tmp_path: Path) -> None:
+    file = tmp_path / "notes.txt"
+    file.write_text("x")
+    wanted = r"notes\.txt: expected a folder for out, was a file; choose another folder"
+    with pytest.raises(InputError, match=wanted), new(file / "out"):
+        raise AssertionError

@@ -49,6 +49,9 @@ def test_sources_of_positions_have_no_biases_and_thirty_metres() -> None:
     assert sensor.position_sigma_m == 30.0
 
 
+BIAS = "[sensor.bias.range_gain]\nestimate = true\n"
+
+
 @pytest.mark.parametrize(
     ("numbers", "name"),
     [("source = 41\nsensor = 10", "41-10"), ("sac = 20\nsic = 130", "20-130")],
@@ -123,6 +126,11 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
             "[[sensor]] for each [sensor]",
         ),
         ('[sensor]\nid = "x"\n[[sensor]]\nid = "y"\n', "; write [[sensor]] for each [sensor]"),
+        # Each sensor has a table of each bias: what is wrong is another line.
+        (f"[[sensors]]\n{BIAS}[[sensors]]\n{BIAS}", "; write [[sensor]] for [[sensors]], as in ["),
+        (f"[[sensor]]\nid = a\n{BIAS}[[sensor]]\n{BIAS}", '(at line 2, column 6); write "a" for a'),
+        (f"[[sensor]]\n{BIAS}{BIAS}", "; [sensor.bias.range_gain] occurs twice in one [[sensor]]"),
+        ("[[sensor]]\nenabled = True\n", "; write true for True"),
         (
             '[sensor]\nid = "x"\nkind = "adsb"\n',
             "line 1: sensor: expected a list of tables: write [[sensor]] for [sensor]",
