@@ -24,6 +24,7 @@ from multiradar.diagnosis.cross_sensor.explanations import (
     explain,
 )
 from multiradar.diagnosis.cross_sensor.heights import (
+    CONVERTED_TWICE,
     HEIGHT_CODE,
     check_heights,
     of_heights,
@@ -312,6 +313,8 @@ def _check_places(
         found += wrong
     # An error of one sensor may appear as an offset, or another site height, of a second one.
     found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
+    if sum(one.code == "height_unit" for one in found) > 1:
+        found = [one for one in found if CONVERTED_TWICE not in one.sentence]
     found = found or turned or check_clock_errors(evidence.sensors, joint)
     return _merge_contradiction(found, len(numbers))
 

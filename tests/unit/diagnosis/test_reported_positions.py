@@ -5,6 +5,7 @@ import re
 import polars as pl
 import pytest
 
+from multiradar_schemas.measurements.units import FOOT_M
 from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, Recording, recording, with_reports
 
 NAME = "1-10"
@@ -96,3 +97,19 @@ def test_a_coordinate_of_the_report_before_of_each_aircraft_is_named(column: str
     assert f"its {column} probably belongs to other rows: it is that of the aircraft " in (
         found.sentence
     )
+
+
+# Regression: with one radar nothing was said; with three, one of the radars was blamed.
+@pytest.mark.parametrize(
+    ("radars", "aircraft", "step_ft"),
+    [((), 3, 25.0), ((NAME,), 3, 25.0), (("1-10", "2-10", "3-10"), 25, 25.0), ((NAME,), 3, 1.0)],
+)
+def test_reported_heights_in_feet_are_those_of_the_reports(
+    radars: tuple[str, ...], aircraft: int, step_ft: float
+) -> None:
+    one = with_reports(recording(aircraft=aircraft, positions=True)).only(*radars, "adsb")
+    assert one.codes() == []
+    feet = (pl.col("height_m") / FOOT_M / step_ft).round(0) * step_ft
+    (found,) = one.changed("adsb", height_m=feet).diagnosed()
+    assert (found.sensor_id, found.code) == ("adsb", "height_unit")
+    assert "its heights are probably in feet" in found.sentence

@@ -11,6 +11,8 @@ from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Booleans, Floats
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 from multiradar_schemas.measurements.units import FOOT_M
 
+#: The unit of heights that are too low where those of another sensor are in feet.
+CONVERTED_TWICE = "metres converted once more as if they were feet"
 #: What a height of 1 m is in other units, with their names.
 _UNITS = {
     "feet": 1.0 / FOOT_M,
@@ -19,7 +21,7 @@ _UNITS = {
     "tens of metres": 0.1,
     "hundreds of metres": 0.01,
     "kilometres": 0.001,
-    "metres converted once more as if they were feet": FOOT_M,
+    CONVERTED_TWICE: FOOT_M,
 }
 #: ... within this, as a fraction; the fraction of the heights that have the ratio, at least.
 _WITHIN, _EQUAL_MIN = 0.05, 0.5

@@ -4,9 +4,7 @@ import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
-from multiradar.diagnosis.cross_sensor.comparison import (
-    Comparison,
-)
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
@@ -30,6 +28,7 @@ from multiradar.diagnosis.single_sensor.columns import (
 from multiradar.diagnosis.single_sensor.height_units import (
     check_filled_heights,
     check_height_unit,
+    of_feet,
 )
 from multiradar.diagnosis.single_sensor.jumps import check_jumps, check_shifted
 from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded, check_wrapped
@@ -62,7 +61,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         return first_of(
             check_identities(name, plots, None),
             check_shifted(name, plots),
-            check_filled_heights(name, plots, None),
+            check_filled_heights(name, plots, None) or _of_reported_heights(name, plots),
             check_minutes(name, plots),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
             None
@@ -96,6 +95,14 @@ def _of_columns(plots: Plots, period_s: float, sigmas: tuple[float, float]) -> d
     azimuth = np.radians(plots.azimuth_deg)
     turns = np.isnan(period_s) or (coherence_at(plots.time_s, azimuth, period_s) >= _ADVANCES_MIN)
     return {"range_m": sigmas[0]} | ({"azimuth_deg": sigmas[1]} if turns else {})
+
+
+# One height of all aircraft is a placeholder in any unit.
+def _of_reported_heights(name: str, plots: Plots) -> Diagnosis | None:
+    heights = plots.height_m[np.isfinite(plots.height_m)]
+    if len(heights) < TESTED_MIN or np.ptp(heights) == 0.0:
+        return None
+    return of_feet(name, heights)
 
 
 # Heights by time, which rely on identities that are not those of other plots.
