@@ -11,7 +11,11 @@ import numpy as np
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
-from multiradar.diagnosis.cross_sensor.clocks import check_clock, check_late_positions
+from multiradar.diagnosis.cross_sensor.clocks import (
+    TIME_OF_SCAN,
+    check_clock,
+    check_late_positions,
+)
 from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
     TESTED_MIN,
@@ -295,14 +299,17 @@ def _check_places(
         for one in trusted
     }
     blamed = [one for one, wrong in by_number.items() if wrong]
-    sound = [one for one in trusted if one not in blamed]
+    # Beside one time for each scan, the clocks of the others seem wrong.
+    of_scans = [one for one in blamed if by_number[one][0].code == TIME_OF_SCAN]
+    sound = [one for one in trusted if one not in (of_scans or blamed)]
     if len(blamed) > 1 and sound:
         # A wrong sensor biases the comparison of others: repeat against the sound ones.
         again = {
             one: _check_agreeing(evidence.sensors, comparison, one, against(one, sound))
             for one in blamed
+            if one not in of_scans
         }
-        by_number |= again if any(again.values()) else {}
+        by_number |= again if of_scans or any(again.values()) else {}
     for number, wrong in by_number.items():
         pairs = against(number, trusted)
         if not wrong and number not in blamed and comparison.is_radar(number):

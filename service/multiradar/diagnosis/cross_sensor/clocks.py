@@ -31,6 +31,7 @@ _COMPONENT_MAX, _COMPONENT_LATE, _COMPONENT_REST = 0.25, 0.5, 0.5
 _ON_PATH_MIN, _MOST, _WITHIN_S = 0.4, 0.6, 15.0
 #: One time for each scan: so many plots at each time on average, and times this far apart, s.
 _PLOTS_OF_SCAN, _SCAN_MIN_S = 3, 2.0
+TIME_OF_SCAN = "time_of_scan"
 
 
 def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
@@ -233,7 +234,7 @@ def _of_times_of_scans(name: str, late_s: float) -> Diagnosis:
     sense = "later" if late_s > 0.0 else "earlier"
     return Diagnosis(
         name,
-        "time_of_scan",
+        TIME_OF_SCAN,
         f"{name}: all plots of a scan have the same time, on average {abs(late_s):.1f} s {sense} "
         "than the times at which they were measured; write the time of each plot",
     )

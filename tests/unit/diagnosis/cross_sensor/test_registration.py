@@ -104,6 +104,13 @@ def test_times_of_scans_are_not_taken_for_a_clock_error() -> None:
     assert "all plots of a scan have the same time" in found.sentence
 
 
+# Regression: the clock of the other radar was said to be ahead, too.
+def test_times_of_scans_are_no_clock_error_of_the_only_other_radar() -> None:
+    floored = (TIME / PERIOD_S).floor() * PERIOD_S
+    two = recording().only(NAME, "2-10").changed(NAME, time_s=floored)
+    assert two.codes() == [(NAME, "time_of_scan")]
+
+
 # The errors of an aircraft, such as that of its height, are common to its plots.
 @pytest.mark.parametrize(("aircraft", "codes"), [(4, []), (25, [(NAME, "clock")])])
 def test_few_aircraft_show_no_jump_of_a_clock(aircraft: int, codes: list[tuple[str, str]]) -> None:
