@@ -155,7 +155,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "Mode 3/A codes in decimal",
         plots(mode_3a=pl.col("mode_3a").str.to_integer(base=8, strict=False).cast(pl.String)),
-        message=("26-10: 56% of its", "mode_3a: expected", "the unit of mode_3a"),
+        message=("26-10: its Mode 3/A codes (mode_3a) are probably decimal numbers",),
         sensors=SENSORS,
     ),
     Mistake(

@@ -139,6 +139,27 @@ def test_a_number_in_another_form_is_explained(
     assert hint in reject["reason"]
 
 
+@pytest.mark.parametrize(
+    ("code", "hint"),
+    [
+        (b"3199", " (a decimal number?)"),
+        (b"819", " (a decimal number?)"),
+        (b"21", ""),
+        (b"12a9", ""),
+    ],
+)
+def test_a_code_with_a_digit_that_is_not_octal_is_probably_decimal(
+    tmp_path: Path, dump: Path, code: bytes, hint: str
+) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().split(b"\r\n")
+    lines[3] = b"\t".join([*lines[3].split(b"\t")[:-1], code])
+    path.write_bytes(b"\r\n".join(lines))
+    dumps.run(dump, tmp_path / "out")
+    (reject,) = dumps.rejects(tmp_path / "out")
+    assert reject["reason"] == f"code: expected four octal digits, was '{code.decode()}'{hint}"
+
+
 def test_a_remark_at_the_end_is_no_truncated_line(tmp_path: Path, dump: Path) -> None:
     path = dump / "plots.txt"
     path.write_bytes(path.read_bytes() + b"(30 rows)")

@@ -13,6 +13,7 @@ from multiradar_schemas.reject import RejectCode
 _DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NON_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _WHOLE = re.compile(rb"[0-9]{1,10}")
+_DECIMAL_CODE = re.compile(rb"(?=[0-9]{1,4}\Z)[0-9]*[89][0-9]*")
 _CODE = re.compile(rb"[0-7]{4}")
 _ADDRESS = re.compile(rb"[0-9A-Fa-f]{6}")
 _ISO_TIME = re.compile(
@@ -258,7 +259,8 @@ def _integer(text: bytes, role: int, layout: FileLayout) -> int:
 
 def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str) -> int:
     if not pattern.fullmatch(text):
-        raise RejectedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}")
+        hint = " (a decimal number?)" if base == 8 and _DECIMAL_CODE.fullmatch(text) else ""
+        raise RejectedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}{hint}")
     return int(text, base)
 
 

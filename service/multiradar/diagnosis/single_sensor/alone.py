@@ -19,6 +19,7 @@ from multiradar.diagnosis.motion.vertical_rates import check_height_scatter, che
 from multiradar.diagnosis.plots import Plots, Site
 from multiradar.diagnosis.scans import coherence_at
 from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
+from multiradar.diagnosis.single_sensor.codes import check_decimal_codes
 from multiradar.diagnosis.single_sensor.columns import (
     check_constant,
     check_signed,
@@ -50,9 +51,11 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         The sensor.
     """
     number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
-    kind = loss_checks.check_kind(evidence, name, losses)
-    if kind is not None:
-        return [kind]
+    wrong = loss_checks.check_kind(evidence, name, losses) or check_decimal_codes(
+        name, evidence.sources[name].plots()["mode_3a"]
+    )
+    if wrong is not None:
+        return [wrong]
     if number not in comparison.numbers:
         return []
     plots = comparison.plots(number)
