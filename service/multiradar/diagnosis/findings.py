@@ -64,10 +64,7 @@ from multiradar.diagnosis.same_aircraft.identities_compared import (
 )
 from multiradar.diagnosis.same_aircraft.pauses import TIMES_JUMP, check_pauses
 from multiradar.diagnosis.single_sensor.alone import check_alone
-from multiradar.diagnosis.single_sensor.columns import (
-    check_codes,
-    check_time_rate,
-)
+from multiradar.diagnosis.single_sensor.columns import check_codes, check_time_rate
 from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE
 from multiradar.diagnosis.single_sensor.jumps import OTHER_ROWS, check_paths
 from multiradar.diagnosis.single_sensor.settings import check_settings
@@ -79,6 +76,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, Sen
 SOME_AGREE_MIN = 0.1
 #: ... and that agrees without the estimated offsets, where these explain all that differs.
 EXPLAINED_MIN = 0.8
+_OTHER_TIMES = ("times_apart", TIMES_JUMP, "time_unit", "time_resolution")
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -172,9 +170,9 @@ def _check_ends(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Diagnosi
     return [*check_ends(evidence.sources), *pauses]
 
 
-# Times that differ or jump end at other times, too.
+# Times that differ, jump or are coarse end at other times and have pauses, too.
 def _have_other_times(found: Sequence[Diagnosis]) -> bool:
-    return any(one.code in ("times_apart", TIMES_JUMP, "time_unit") for one in found)
+    return any(one.code in _OTHER_TIMES for one in found)
 
 
 # A radar that alternates between two identifiers lacks the plots of the other one.

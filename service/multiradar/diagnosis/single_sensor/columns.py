@@ -23,7 +23,9 @@ SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 #: Tolerance of a ratio of scan periods: missed detections lengthen the median.
 _RATIO_WITHIN = 0.05
 #: Resolutions of times that are too coarse, s, and plots that show one.
-_RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
+_RESOLUTIONS_S, _RESOLUTION_PLOTS = (256.0, 128.0, 64.0, 60.0, 32.0, 10.0, 1.0), 100
+#: ... of which those of Unix times in 32 bits since 1970, s.
+_FLOAT32_S = (256.0, 128.0, 64.0, 32.0)
 #: Ratios of measured to configured scan periods within this of each other have one cause.
 _RATES_WITHIN = 0.02
 #: Speed for the effect of a coarse time, m/s.
@@ -166,6 +168,13 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
     between = np.diff(np.unique(plots.time_s))
     if not len(between) or abs(float(np.median(between)) / period_s - 1.0) <= _RATIO_WITHIN:
         return None
+    if resolution_s in _FLOAT32_S:
+        return Diagnosis(
+            name,
+            "time_resolution",
+            f"{name}: its times were probably stored as 32-bit floating-point numbers: all are "
+            f"multiples of {resolution_s:g} s; store them as 64-bit numbers",
+        )
     return Diagnosis(
         name,
         "time_resolution",

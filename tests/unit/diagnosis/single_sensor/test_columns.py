@@ -52,6 +52,12 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
             "time_resolution", "all are multiples of 10 s",
         ),
         (
+            lambda one: one.changed(
+                NAME, *OTHERS, time_s=TIME.cast(pl.Float32).cast(pl.Float64)
+            ),
+            "time_resolution", "stored as 32-bit floating-point numbers: all are multiples of 128",
+        ),
+        (
             lambda one: one.changed(NAME, *OTHERS, time_s=1e3 * TIME),
             "time_unit", "in milliseconds",
         ),
