@@ -11,11 +11,7 @@ import numpy as np
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis import noise
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
-from multiradar.diagnosis.cross_sensor.clocks import (
-    TIME_OF_SCAN,
-    check_clock,
-    check_late_positions,
-)
+from multiradar.diagnosis.cross_sensor.clocks import TIME_OF_SCAN, check_clock, check_late_positions
 from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
     TESTED_MIN,
@@ -35,6 +31,7 @@ from multiradar.diagnosis.cross_sensor.heights import (
 )
 from multiradar.diagnosis.cross_sensor.hypotheses import MIRRORED
 from multiradar.diagnosis.cross_sensor.identities import (
+    check_contradiction,
     check_one_code,
     check_other_rows,
     check_split_radars,
@@ -386,7 +383,10 @@ def _of_rows(
         for number in suspects
         if comparison.is_radar(number)
     ]
-    return [one for one in of_rows if one is not None]
+    found = [one for one in of_rows if one is not None]
+    if found or trusted or len(suspects) != 2:
+        return found
+    return check_contradiction(comparison, suspects[0], suspects[1], names)
 
 
 _MAY_BE_EITHER = (

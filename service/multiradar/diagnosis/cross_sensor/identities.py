@@ -48,6 +48,8 @@ _COLUMNS = {
 #: from oceanic airspace has), and those of VFR flights, which are lower than this, m (FL195).
 _UNASSIGNED, _VFR = ("0000", "2000"), ("1200", "1400", "7000", "7001", "7010")
 _VFR_MAX_M = 5943.6
+#: Place of mode_s_address in `KEYS`, and aircraft that contradict two sensors.
+_ADDRESS_KEY, _CONTRADICTED_MIN = KEYS.index("mode_s_address"), 3
 _TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
 
 
@@ -265,3 +267,44 @@ def check_other_rows(
         "(range, azimuth, time or identity) probably belongs to other rows, or to another sensor; "
         "check how its measurements were generated",
     )
+
+
+def check_contradiction(
+    comparison: Comparison, first: int, second: int, names: tuple[str, ...]
+) -> list[Diagnosis]:
+    """Report two radars that detect the same Mode S addresses at other places, by no known error.
+
+    Codes and track numbers may be those of other aircraft where the coverages do not overlap.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    first, second : int
+        The radars; no other sensor is compared.
+    names : tuple of str
+        Names of the sensors.
+    """
+    both, shares = (first, second), []
+    for one, other in (both, both[::-1]):
+        pairs = comparison.pairs(one, (other,))
+        if not comparison.is_radar(one):
+            return []
+        key = common_key(comparison.tested(one), [comparison.plots(other)])
+        aircraft = np.unique(pairs.name) if are_named(pairs) else ()
+        few = len(aircraft) < _CONTRADICTED_MIN or len(np.unique(pairs.plot)) < TESTED_MIN
+        if key != _ADDRESS_KEY or few:
+            return []
+        shares.append(comparison.agreement(one, pairs).share)
+    if max(shares) >= UNEXPLAINED_MAX:
+        return []
+    return [
+        Diagnosis(
+            names[first],
+            "contradiction",
+            f"{names[first]} and {names[second]} detect the same {len(aircraft)} aircraft (by "
+            f"mode_s_address) at different places: {max(shares):.0%} of their plots agree, and no "
+            "single error of a unit, a site or a clock explains this; check whether the sensors "
+            "file is that of these radars",
+        )
+    ]

@@ -55,6 +55,27 @@ def test_values_without_any_relation_are_reported_without_a_cause() -> None:
     )
 
 
+# Regression: with the sensors file of radars elsewhere that have the same names, nothing was said.
+@pytest.mark.parametrize(
+    ("column", "codes"), [("mode_s_address", [("1-10", "contradiction")]), ("mode_3a", [])]
+)
+def test_two_radars_that_contradict_each_other_are_reported(
+    column: str, codes: list[tuple[str, str]]
+) -> None:
+    number = pl.col("track_number")
+    names = {
+        "mode_s_address": pl.format("4ca{}", number + 100),
+        "mode_3a": pl.format("{}", number.map_elements(lambda one: f"{one + 512:04o}")),
+    }
+    one = recording().only("1-10", "2-10")
+    frame = one.frame.with_columns(names[column].alias(column), track_number=pl.lit(None, pl.Int64))
+    named = Recording(frame, one.sensors)
+    assert named.codes() == []
+    elsewhere = named.configured("2-10", latitude_deg=46.9, longitude_deg=7.6)
+    turned = elsewhere.changed("2-10", azimuth_deg=(pl.col("azimuth_deg") + 30.0) % 360.0)
+    assert turned.codes() == codes
+
+
 def coded(seed: int = 1) -> Recording:
     """Return a recording whose aircraft have codes and no track numbers."""
     code = pl.col("track_number").map_elements(
