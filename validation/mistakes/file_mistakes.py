@@ -12,6 +12,7 @@ from validation.mistakes.mistake import (
     FOOT_M,
     RADAR,
     SENSORS,
+    TRACK,
     TRACK_RADARS,
     Mistake,
     Sample,
@@ -258,6 +259,20 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         message=(
             f"{RADAR}: its heights are probably in feet: half of the climb and descent rates",
         ),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "heights of ADS-B in feet",
+        plots("adsb", height_m=pl.col("height_m") / FOOT_M),
+        TRACK,
+        message=("adsb: its heights are probably in feet",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "times as 32-bit floating-point numbers",
+        plots(*SENSORS, time_s=_TIME.cast(pl.Float32).cast(pl.Float64)),
+        TRACK,
+        message=("26-10: its times were probably stored as 32-bit floating-point numbers",),
         sensors=SENSORS,
     ),
     Mistake(

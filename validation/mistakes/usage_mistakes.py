@@ -202,6 +202,13 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         1,
         ("write [[sensor]] for each [sensor]",),
     ),
+    Mistake(
+        "[[sensors]] for [[sensor]]",
+        sensors(lambda text: text.replace("[[sensor]]", "[[sensors]]")),
+        TRACK,
+        1,
+        ("unknown key 'sensors' (did you mean 'sensor'?)",),
+    ),
     Mistake("no TOML", sensors(lambda text: text + "\n[[sensor\n"), TRACK, 1, ("not valid TOML",)),
     Mistake(
         "a misspelt section of the settings",
