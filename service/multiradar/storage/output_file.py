@@ -8,6 +8,7 @@ from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
 from multiradar.storage.full_disk import named_if_full
+from multiradar.storage.output_folder import parent_of
 from multiradar_converters.leftovers import register_leftover, unregister_leftover
 
 #: Highest number tried after a name that exists.
@@ -38,12 +39,7 @@ def new_file(path: Path) -> Iterator[Path]:
     """
     if os.path.lexists(path):
         raise _exists_error(path)
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        msg = f"{folder}: no such folder; create it before writing {path.name}"
-        if folder.exists():
-            msg = f"{folder}: expected a folder for {path.name}, was a file; choose another folder"
-        raise InputError(msg)
+    folder = parent_of(path)
     partial = folder / f".{path.name}.partial-{secrets.token_hex(4)}"
     register_leftover(partial)
     try:

@@ -15,6 +15,23 @@ from multiradar_converters.errors import ConversionError, OutputFolderExistsErro
 from multiradar_converters.output_folder import OutputFolder
 
 
+def parent_of(path: Path) -> Path:
+    """Return the folder in which a file or folder is to be created.
+
+    Raises
+    ------
+    InputError
+        It does not exist, or is a file.
+    """
+    parent = path.absolute().parent
+    if not parent.is_dir():
+        msg = f"{parent}: no such folder; create it before writing {path.name}"
+        if parent.exists():
+            msg = f"{parent}: expected a folder for {path.name}, was a file; choose another folder"
+        raise InputError(msg)
+    return parent
+
+
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
     """Provide a folder to write to; it gets its name when everything succeeded.
@@ -38,12 +55,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         The parent folder does not exist or cannot be written to, or the disk is full.
     """
     check_new(path)
-    parent = path.absolute().parent
-    if not parent.is_dir():
-        msg = f"{parent}: no such folder; create it before writing {path.name}"
-        if parent.exists():
-            msg = f"{parent}: expected a folder for {path.name}, was a file; choose another folder"
-        raise InputError(msg)
+    parent_of(path)
     folder = OutputFolder(path.absolute())
     with ExitStack() as held:
         with _translated():
