@@ -23,8 +23,6 @@ from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.runtime.offline.beside_tracking import BesideTracking
-from multiradar.runtime.offline.delay_table import DelayTable
-from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.offline.epoch_tables import requested_tables
 from multiradar.runtime.offline.offline_job import (
     BIAS_CORRELATIONS_FILE,
@@ -37,7 +35,6 @@ from multiradar.runtime.offline.offline_job import (
     OfflineResult,
 )
 from multiradar.runtime.offline.stage_times import READING, TRACKING, WRITING, StageTimes
-from multiradar.runtime.offline.trajectory_table import TrajectoryTable
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.storage.table_writer import TableWriter
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -206,16 +203,11 @@ class _Run:
             )  # fmt: skip
             for one in written:
                 one.finish()
-        for file, (table, writer) in self._windows.items():
+        for file, (table, writer, add_figures) in self._windows.items():
             with self._stages.measure(_stage_of(file)):
                 self._keep_windows(file, writer, table.finish())
                 writer.finish()
-            if isinstance(table, TrajectoryTable):
-                self._result.trajectories = table.counts()
-            if isinstance(table, DelayTable):
-                self._result.delays = table.figures()
-            if isinstance(table, EncounterTable):
-                self._result.warnings += table.warnings()
+            add_figures(self._result)
         self.close()
         result = self._result
         outcomes = self._engine.counts
@@ -246,7 +238,7 @@ class _Run:
             self._digest.add(output)
             self._tally.update(output)
             self._evidence.record_output(output)
-            for file, (table, writer) in self._windows.items():
+            for file, (table, writer, _) in self._windows.items():
                 with self._writing.times.measure(_stage_of(file)):
                     self._keep_windows(file, writer, table.update(output))
             if self._on_output is not None:

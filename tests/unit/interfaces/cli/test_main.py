@@ -251,3 +251,16 @@ def test_help_imports_nothing_heavy() -> None:
     )
     done = run_to_end([sys.executable, "-c", code])
     assert done.returncode == 0, done.stderr
+
+
+def test_tables_that_are_not_requested_are_not_imported() -> None:
+    code = (
+        "import sys\n"
+        "import multiradar.runtime.offline.offline_run\n"
+        "tables = {'encounter_table', 'trajectory_table', 'forecast_table'}\n"
+        "heavy = {f'multiradar.runtime.offline.{name}' for name in tables} | {'scipy.special'}\n"
+        "found = heavy & set(sys.modules)\n"
+        "sys.exit(f'imported {found}' if found else 0)\n"
+    )
+    done = run_to_end([sys.executable, "-c", code])
+    assert done.returncode == 0, done.stderr
