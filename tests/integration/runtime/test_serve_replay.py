@@ -6,12 +6,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from support.processes.commands import Command
 from support.processes.served import SENSORS, Served, free_port, run
 from support.processes.waiting import pause, wait_until
-from support.scenarios.live_scene import recording
+from support.scenarios.live_scene import START_S, recording
 
 #: `TEST_KILLS=50` for the long run.
 KILLS = max(int(os.environ.get("TEST_KILLS", "3")), 1)
@@ -50,6 +51,19 @@ def test_the_output_is_that_of_track(
     figures = json.loads((measurements.parent / "tracks" / "report.json").read_text())["figures"]
     assert status["tracks_initiated"] == figures["tracks"] > 0
     assert status["tracks_confirmed"] == figures["tracks_confirmed"] > 0
+
+
+def test_times_before_zero_are_served_as_any(tmp_path: Path) -> None:
+    sensors, measurements = tmp_path / "sensors.toml", tmp_path / "measurements.parquet"
+    sensors.write_text(SENSORS)
+    rows = recording(ROWS_A_KILL, aircraft=5, step_s=0.2)
+    rows.with_columns(pl.col("time_s") - START_S - 300.0).write_parquet(measurements)
+    served = Served(sensors, tmp_path / "state")
+    run("replay", measurements, "--to", served.url, "--speed", "max")
+    status = served.status()
+    assert served.stop() == 0
+    assert status["accepted"] == ROWS_A_KILL
+    assert status["tracks_confirmed"] > 0
 
 
 def _goes_on(served: Served, accepted: int, replay: Command) -> bool:

@@ -64,10 +64,12 @@ def drawn(
         Indices of the selected tracks, by ascending identifier. A selection from them contains them
         all.
     """
+    # Epochs before time 0 are negative.
+    start = np.int64(epoch).astype(np.uint64)
     with np.errstate(over="ignore"):
         # Each step is invertible: no two tracks have the same key.
-        number = (track_id.astype(np.uint64) + np.uint64(epoch)) * _SCATTER
-        number = (number ^ (number >> np.uint64(30)) ^ np.uint64(epoch)) * _MIX
+        number = (track_id.astype(np.uint64) + start) * _SCATTER
+        number = (number ^ (number >> np.uint64(30)) ^ start) * _MIX
     few = np.arange(len(number))
     if len(number) > most:
         few = np.argpartition(number, most)[:most]

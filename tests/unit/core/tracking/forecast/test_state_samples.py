@@ -42,3 +42,10 @@ def test_samples_are_due_at_the_configured_interval() -> None:
         assert apart_s.min() >= SAMPLE_EVERY_S - epoch_s
         assert apart_s.max() <= SAMPLE_EVERY_S + epoch_s
         assert np.mean(apart_s) >= SAMPLE_EVERY_S - 0.01
+
+
+def test_tracks_of_times_before_zero_are_drawn_in_turn() -> None:
+    tracks = np.arange(40, dtype=np.int64)
+    found = [tracks[drawn(tracks, epoch)] for epoch in (-997, -996, -1)]
+    assert all(len(few) == SAMPLE_TRACKS_MAX for few in found)
+    assert not np.array_equal(found[0], found[1])
