@@ -7,11 +7,11 @@ accepted, further sensors accepted (2: two or more), run within the forward jump
 ahead, second sensor accepted]; ``standing`` = [contradictions, rows in succession that were off the
 data clock, samples heard] of each sensor; ``lead`` = by how much the last such row was ahead of the
 data clock, s; ``heard`` = the last samples of each sensor, [time less time of reception, time of
-reception]; ``bounds`` = [reorder horizon, tolerance, forward jump, rows that agree, time alone,
-time alone within the jump]; ``pace`` = [least mean interval of the rows, time by which they may be
-ahead at it] of each sensor; ``tolerance`` = lead over the others up to which the rows of each
-sensor advance the data clock, s; ``due`` = data time at which the rows of each sensor so far would
-be due at that interval, s.
+reception], and behind them the greatest of the first ones; ``bounds`` = [reorder horizon,
+tolerance, forward jump, rows that agree, time alone, time alone within the jump]; ``pace`` = [least
+mean interval of the rows, time by which they may be ahead at it] of each sensor; ``tolerance`` =
+lead over the others up to which the rows of each sensor advance the data clock, s; ``due`` = data
+time at which the rows of each sensor so far would be due at that interval, s.
 """
 
 import numpy as np
@@ -78,6 +78,8 @@ def admit(
             # It advances nothing: the accepted rows alone give the same states.
             code[row] = EXCESS
             continue
+        elif _has_drifted(time, s, received_s, bounds, tolerance, clock, run, standing, heard):
+            decided = FUTURE
         elif time <= before_s or time <= _supported(s, clock, run) + tolerance[s]:
             decided = ACCEPTED
             _advance(time, s, tolerance, clock, run, standing, lead)
@@ -227,6 +229,39 @@ def _supported(s: int, clock: Floats, run: Integers) -> float:
 
 
 @kernel
+def _has_drifted(
+    time: float,
+    s: int,
+    received_s: float,
+    bounds: Floats,
+    tolerance: Floats,
+    clock: Floats,
+    run: Integers,
+    standing: Integers,
+    heard: Floats,
+) -> bool:
+    """Return whether one of two sensors has drifted ahead of the other and of the machine.
+
+    The lead over the time of reception has then grown since the sensor was first heard, and by more
+    than that of the other: the clock of the machine may drift, too.
+    """
+    if not (time > clock[CLOCK] and received_s == received_s and run[SEEN_FURTHER] == 1):
+        return False
+    other = run[SEEN_SECOND] if s == run[SEEN_SENSOR] else run[SEEN_SENSOR]
+    other_s = clock[OTHERS] if s == run[FIRST] else clock[AHEAD]
+    lead_s = time - received_s
+    if time <= other_s + tolerance[s] or standing[s, SAMPLES] < HEARD_MIN:
+        return False
+    other_grown_s = 0.0
+    for k in range(min(standing[other, SAMPLES], HEARD_MAX)):
+        grown_s = heard[other, k, LEAD] - heard[other, HEARD_MAX, LEAD]
+        other_grown_s = max(other_grown_s, grown_s)
+    if lead_s - heard[s, HEARD_MAX, LEAD] <= other_grown_s + bounds[TOLERANCE]:
+        return False
+    return _vote(lead_s, received_s, bounds, standing, heard) < 0
+
+
+@kernel
 def _reach(time: float, s: int, clock: Floats, run: Integers) -> None:
     """Note the time that a sensor has reached."""
     if s == run[FIRST] or run[FIRST] < 0:
@@ -316,6 +351,8 @@ def _hear(s: int, lead_s: float, received_s: float, standing: Integers, heard: F
     count = standing[s, SAMPLES]
     if count > 0 and received_s - heard[s, (count - 1) % HEARD_MAX, RECEIVED] < HEARD_STEP_S:
         return
+    if count == 0 or (count < HEARD_MAX and lead_s > heard[s, HEARD_MAX, LEAD]):
+        heard[s, HEARD_MAX, LEAD] = lead_s
     heard[s, count % HEARD_MAX, LEAD] = lead_s
     heard[s, count % HEARD_MAX, RECEIVED] = received_s
     standing[s, SAMPLES] += 1

@@ -6,7 +6,9 @@ No sensor with a wrong clock may advance the data clock and so make all other se
 
 A row ahead of the data clock by at most half of the reorder horizon (or the tolerance of its
 sensor) advances it; of three or more sensors, none advances it farther than that beyond the others,
-whose times a drifting clock would otherwise leave behind step by step. A row farther ahead is a gap
+whose times a drifting clock would otherwise leave behind step by step. Of two sensors none is more
+right; with times of reception, one that comes ever earlier after the times that it reports, and is
+ahead of the other and of the clock of the machine, advances nothing. A row farther ahead is a gap
 in the measurements, or a clock that is fast:
 
 - With times of reception, all sensors heard in real time vote, and so does the clock of the
@@ -149,7 +151,7 @@ class Admission:
         self._run = np.array([0, -1, 0, -1, 0, 0, -1, -1])
         self._standing = np.zeros((self.sensors, 3), np.int64)
         self._lead = np.zeros(self.sensors)
-        self._heard = np.zeros((self.sensors, kernels.HEARD_MAX, 2))
+        self._heard = np.zeros((self.sensors, kernels.HEARD_MAX + 1, 2))
         given = np.full(self.sensors, np.nan) if self.tolerances_s is None else self.tolerances_s
         self._tolerance = np.where(np.isnan(given), self.tolerance_s, given)
         self._pace = np.zeros((self.sensors, 2)) if self.paces is None else self.paces
@@ -271,7 +273,8 @@ class Admission:
         """
         found = {}
         for sensor in np.flatnonzero(self._standing[:, kernels.SAMPLES] >= kernels.HEARD_MIN):
-            heard = self._heard[sensor, : int(self._standing[sensor, kernels.SAMPLES])]
+            count = min(int(self._standing[sensor, kernels.SAMPLES]), kernels.HEARD_MAX)
+            heard = self._heard[sensor, :count]
             lead_s, received_s = heard[:, kernels.LEAD], heard[:, kernels.RECEIVED]
             steady = np.ptp(lead_s) <= self.tolerance_s
             if steady and now_s - received_s.max() <= kernels.HEARD_FOR_S:

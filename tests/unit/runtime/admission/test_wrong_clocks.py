@@ -74,6 +74,60 @@ def test_a_clock_that_drifts_away_costs_the_others_nothing_and_is_named(
     assert admission.data_clock_s == pytest.approx(NOW_S + 120.0, abs=3.5)
 
 
+def _pair(rate: float = 0.0, *, duration_s: float = 120.0) -> list[tuple[float, float, int]]:
+    """Return plots of one right sensor and one whose clock gains by a rate."""
+    return [
+        (received_s, time_s * (1.0 + rate) if sensor == WRONG else time_s, sensor)
+        for received_s, time_s, sensor in _stream(0.0, duration_s=duration_s)
+        if sensor != RIGHT[1]
+    ]
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.1, 0.5, -0.1])
+def test_one_of_two_clocks_that_drifts_away_costs_the_other_nothing(rate: float) -> None:
+    admission = Admission(6.0, 3)
+    lost = _lost(admission, _pair(rate), NOW_S, live=True)
+    assert lost[RIGHT[0]] == 0
+    assert lost[WRONG] > 100
+    assert list(admission.clock_leads()) == [WRONG]
+    assert admission.data_clock_s == pytest.approx(NOW_S + 120.0, abs=3.5)
+
+
+def test_one_of_two_clocks_returns_once_it_is_corrected() -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _pair(0.1), NOW_S, live=True)
+    later = [(at_s + 120.0, time_s + 120.0, sensor) for at_s, time_s, sensor in _pair()]
+    assert sum(_lost(admission, later, NOW_S, live=True).values()) == 0
+    assert not admission.clock_leads()
+
+
+@pytest.mark.parametrize("live", [True, False])
+@pytest.mark.parametrize("machine_s", [0.0, -10.0, 10.0])
+def test_delays_of_one_of_two_sensors_cost_nothing(machine_s: float, live: bool) -> None:
+    generator = np.random.default_rng(5)
+    stream = [
+        (received_s + (generator.uniform(0.0, 5.5) if sensor == WRONG else 0.0), time_s, sensor)
+        for received_s, time_s, sensor in _pair()
+    ]
+    heard = [
+        (received_s + machine_s, time_s, sensor) for received_s, time_s, sensor in sorted(stream)
+    ]
+    assert sum(_lost(Admission(6.0, 3), heard, NOW_S, live=live).values()) == 0
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 5.0])
+@pytest.mark.parametrize("rate", [-0.1, -0.01, 0.0, 0.1])
+def test_a_clock_of_the_machine_that_drifts_costs_two_sensors_nothing(
+    rate: float, delay_s: float
+) -> None:
+    stream = sorted(
+        (received_s + (delay_s if sensor == WRONG else 0.0), time_s, sensor)
+        for received_s, time_s, sensor in _pair()
+    )
+    heard = [(received_s * (1.0 + rate), time_s, sensor) for received_s, time_s, sensor in stream]
+    assert sum(_lost(Admission(6.0, 3), heard, NOW_S, live=True).values()) == 0
+
+
 @pytest.mark.parametrize("live", [True, False])
 def test_rows_that_follow_one_another_do_not_move_the_clock_alone(live: bool) -> None:
     admission = Admission(6.0, 3)
