@@ -62,7 +62,7 @@ from multiradar.diagnosis.same_aircraft.identities_compared import (
 from multiradar.diagnosis.same_aircraft.pauses import TIMES_JUMP, check_pauses
 from multiradar.diagnosis.single_sensor.alone import check_alone
 from multiradar.diagnosis.single_sensor.columns import check_codes, check_time_rate
-from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE
+from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE, check_all_detections
 from multiradar.diagnosis.single_sensor.jumps import OTHER_ROWS, check_paths
 from multiradar.diagnosis.single_sensor.settings import check_settings
 from multiradar.diagnosis.times import TIMES_APART, check_ends, check_gaps, check_times, utc
@@ -127,6 +127,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     for name in known:
         if name not in named:
             found += check_settings(evidence, comparison, name, causes=causes)
+    found = check_all_detections(comparison, evidence.sensors.ids, found)
     found = found or check_large_offsets(evidence, comparison)
     found = _with_all_of_one(evidence, found)
     found = _with_split(found, check_split_radars(comparison, evidence.sensors.ids))

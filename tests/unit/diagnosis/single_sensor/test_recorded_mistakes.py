@@ -49,6 +49,37 @@ def test_a_low_probability_of_detection_is_no_mistake(probability: float, aircra
     assert kept(one, rows).codes() == []
 
 
+# A secondary radar that is alone in detecting few, or detects fewer than the others, may be weak.
+@pytest.mark.parametrize("probabilities", [(0.45, 0.95, 0.95), (0.35, 0.45, 0.55)])
+def test_a_weak_secondary_radar_lacks_no_rows(probabilities: tuple[float, ...]) -> None:
+    one = coded()
+    by_name = dict(zip(RADARS, probabilities, strict=True))
+    wanted = one.frame["sensor_id"].replace_strict(by_name, return_dtype=pl.Float64)
+    rows = pl.Series(np.random.default_rng(3).random(len(one.frame))) < wanted
+    assert kept(one, rows).codes() == []
+    if min(probabilities) == probabilities[0]:
+        assert kept(one, rows).only(NAME).codes() == []
+
+
+def test_random_rows_that_all_radars_lack_are_a_warning() -> None:
+    one = coded()
+    rows = pl.Series(np.random.default_rng(3).random(len(one.frame)) < 0.45)
+    found = kept(one, rows).diagnosed()
+    assert [(one.sensor_id, one.code, one.severity) for one in found] == [
+        (name, "plots_missing", "warning") for name in RADARS
+    ]
+    assert "like those of all radars (4" in found[0].sentence
+
+
+def test_every_second_row_of_one_radar_is_named() -> None:
+    one = coded(aircraft=23)
+    number = one.frame.select(pl.int_range(pl.len()).over("sensor_id")).to_series()
+    found = kept(one, (number % 2 == 0) | (one.frame["sensor_id"] != NAME)).diagnosed()
+    assert [(one.sensor_id, one.code, one.severity) for one in found] == [
+        (NAME, "plots_missing", "error")
+    ]
+
+
 @pytest.mark.parametrize("factor", [0.9, 1.1, 1.2])
 def test_a_period_that_is_off_by_a_tenth_is_named(factor: float) -> None:
     period_s = round(RADARS[NAME][1] * factor, 2)
