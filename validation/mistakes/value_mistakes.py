@@ -179,4 +179,11 @@ VALUE_MISTAKES: tuple[Mistake, ...] = (
         ),
         sensors=_RADARS,
     ),
+    Mistake(
+        "ADS-B positions displaced by 20 km",
+        plots("adsb", latitude_deg=pl.col("latitude_deg") + 0.18),
+        TRACK,
+        message=("adsb: its positions are probably displaced by 19.9 km north",),
+        sensors=("adsb",),
+    ),
 )

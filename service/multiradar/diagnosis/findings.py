@@ -351,7 +351,7 @@ def _explain_suspects(
         # Sensors that agree with no other are first compared with the positions in the recording.
         recorded = len(np.unique(comparison.pairs(number, ()).plot)) >= TESTED_MIN
         asked = trusted or ([] if recorded else suspects)
-        why = explain(comparison, number, asked, names)
+        why = explain(comparison, number, asked, names, agreeing=bool(trusted))
         if why is not None:
             where = "other sensors detect aircraft" if asked else "the recording places aircraft"
             found.append(

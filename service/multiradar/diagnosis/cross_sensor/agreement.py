@@ -92,12 +92,14 @@ def polar_agreement(
     return _densest(residuals, widths, compared, circle=any_rotation)
 
 
-def position_agreement(position_m: Floats, pairs: Pairs, *, compared: int) -> Agreement:
-    """Return how well reported positions (n, 3), ECEF, agree."""
+def position_agreement(
+    position_m: Floats, pairs: Pairs, *, compared: int, within_m: float = 2.0 * POSITION_ALIKE_M
+) -> Agreement:
+    """Return how well reported positions (n, 3), ECEF, agree, with a displacement of `within_m`."""
     apart = position_m[pairs.plot] - pairs.position_m
     latitude, longitude, _ = ecef_to_geodetic(pairs.position_m)
     local = np.einsum("kij,kj->ki", enu_rotation(latitude, longitude), apart)
-    near = np.hypot(local[:, 0], local[:, 1]) <= 2.0 * POSITION_ALIKE_M
+    near = np.hypot(local[:, 0], local[:, 1]) <= within_m
     widths = (POSITION_ALIKE_M, POSITION_ALIKE_M)
     rows = np.flatnonzero(near)
     residuals = _Residuals(local[rows, 0], local[rows, 1], pairs.plot[rows], rows)

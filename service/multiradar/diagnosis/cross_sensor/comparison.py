@@ -16,8 +16,8 @@ from multiradar.diagnosis.cross_sensor.references import (
     Pairs,
     Paths,
     candidate_pairs,
-    common_key,
     joined,
+    keys_by_sensor,
     named_pairs,
     named_paths,
     recorded_pairs,
@@ -183,10 +183,13 @@ class Comparison:
         """
         plots = self.tested(number)
         asked = {one: self._plots[one] for one in others if one != number and one in self._plots}
-        key = common_key(plots, asked.values())
-        if key is not None:
-            paths = [self._named_paths(one, key, reading, sites or {}) for one in sorted(asked)]
-            found = named_pairs(plots, paths, key, late_s)
+        keys = keys_by_sensor(plots, asked)
+        if keys is not None:
+            paths = [
+                (keys[one], self._named_paths(one, keys[one], reading, sites or {}))
+                for one in sorted(asked)
+            ]
+            found = named_pairs(plots, paths, late_s)
         else:
             found = candidate_pairs(plots, self._paths(asked, reading, sites or {}), late_s)
         if not self.is_radar(number):

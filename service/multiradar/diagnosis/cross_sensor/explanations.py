@@ -29,6 +29,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
 )
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.report.times import gps_time
@@ -54,6 +55,8 @@ _FACTOR_WITHIN = 0.05
 _CLOCK_STEPS = 4
 #: ... from the one of these, s, with which most plots agree.
 _CLOCKS_S, _ALIKE = tuple(3.0 * step for step in range(1, 108)), 0.95
+#: Largest displacement of reported positions that is tried, m.
+DISPLACED_MAX_M = 100_000.0
 #: Time offsets are tried in steps of half an hour up to a day; only three time zones are finer.
 ZONE_STEP_S, ZONES = 1800.0, 48
 
@@ -91,7 +94,12 @@ class Explanation:
 
 
 def explain(
-    comparison: Comparison, number: int, trusted: Collection[int], names: tuple[str, ...]
+    comparison: Comparison,
+    number: int,
+    trusted: Collection[int],
+    names: tuple[str, ...],
+    *,
+    agreeing: bool = False,
 ) -> Explanation | None:
     """Return the error that explains a sensor, None when no single one does.
 
@@ -105,12 +113,17 @@ def explain(
         The sensors to compare with.
     names : tuple of str
         Names of the sensors.
+    agreeing : bool
+        Whether the others agree with each other: else the positions of the sensor may be right.
     """
     pairs = comparison.pairs(number, trusted)
     before = _before(comparison, number, pairs)
     tried = _radar_hypotheses if comparison.is_radar(number) else _position_hypotheses
     found = _best(tried(comparison, number, pairs, names), before)
-    return found or _best(_clocks(comparison, number, trusted), before)
+    found = found or _best(_clocks(comparison, number, trusted), before)
+    if found or comparison.is_radar(number) or not agreeing:
+        return found
+    return _best(_displaced(comparison, number, pairs, names), before)
 
 
 # Of few plots, too.
@@ -337,6 +350,27 @@ def _position_hypotheses(
         moved = replace(plots, latitude_deg=north, longitude_deg=east)
         agreement = position_agreement(reported(moved), pairs, compared=compared)
         yield _by_words(code, mistake, with_it, remedy), agreement
+
+
+# By one distance: of another datum, or of local coordinates with a wrong reference point.
+def _displaced(
+    comparison: Comparison, number: int, pairs: Pairs, names: tuple[str, ...]
+) -> _Hypotheses:
+    moved = reported(comparison.tested(number))
+    compared = len(np.unique(pairs.plot))
+    agreement = position_agreement(moved, pairs, compared=compared, within_m=DISPLACED_MAX_M)
+    east_m, north_m = agreement.offset
+    where = displacement(float(np.hypot(east_m, north_m)), float(np.arctan2(east_m, north_m)))
+    mistake, remedy = f"its positions are probably displaced by {where}", "its positions"
+    others = np.unique(pairs.source).tolist()
+    if len(others) > 1 and all(comparison.is_radar(one) for one in others):
+        radars = listed([names[one] for one in others])
+        mistake += f", or the sites of all radars ({radars}) by as much the other way"
+        remedy += ", or the sites in the sensors file"
+    else:
+        remedy += " (the reference point of local coordinates?)"
+    with_it = "this displacement removed"
+    yield _by_words("positions_displaced", mistake, with_it, f"correct {remedy}"), agreement
 
 
 def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Hypotheses:

@@ -4,7 +4,7 @@ Where plots identify their aircraft, plots of others with the same identity are 
 time of each plot; otherwise all tracks of others at that time are candidates.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -89,6 +89,32 @@ def common_key(plots: Plots, others: Iterable[Plots]) -> int | None:
     return None
 
 
+def keys_by_sensor(plots: Plots, others: Mapping[int, Plots]) -> dict[int, int] | None:
+    """Return which of `KEYS` names the aircraft that a sensor shares with each other, if any does.
+
+    Parameters
+    ----------
+    plots : Plots
+        Plots of the sensor.
+    others : mapping of Plots
+        Those of other sensors.
+
+    Returns
+    -------
+    dict or None
+        The key that names most of the plots, for sensors that have it, and for others the first one
+        that they share: a secondary radar shares addresses with some, and codes with others.
+    """
+    key = common_key(plots, others.values())
+    if key is None:
+        return None
+    found = {}
+    for number, other in others.items():
+        own = None if (other.keys[:, key] >= 0).any() else common_key(plots, [other])
+        found[number] = key if own is None else own
+    return found
+
+
 def named_paths(source: int, plots: Plots, position_m: Floats, key: int) -> Paths:
     """Return the paths of the named aircraft of a source.
 
@@ -122,22 +148,20 @@ def _runs(*columns: Integers) -> Integers:
     return np.cumsum(new)
 
 
-def named_pairs(plots: Plots, others: Iterable[Paths], key: int, late_s: float) -> Pairs:
+def named_pairs(plots: Plots, others: Iterable[tuple[int, Paths]], late_s: float) -> Pairs:
     """Return the positions by others of the aircraft of each plot.
 
     Parameters
     ----------
     plots : Plots
         Plots of one sensor.
-    others : iterable of Paths
-        Of each other sensor.
-    key : int
-        Which of `KEYS` names aircraft.
+    others : iterable of (int, Paths)
+        Of each other sensor, and which of `KEYS` names its aircraft.
     late_s : float
         Time offset of the sensor: claimed time minus true time, s.
     """
-    names, time_s = plots.keys[:, key], plots.time_s - late_s
-    return joined(*(_interpolated(names, time_s, one) for one in others))
+    time_s = plots.time_s - late_s
+    return joined(*(_interpolated(plots.keys[:, key], time_s, one) for key, one in others))
 
 
 def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:

@@ -142,7 +142,7 @@ def _solve(name: str, search: SiteSearch) -> SolvedSite | None:
         for number, (other, one) in enumerate(references.items())
     ]
     thinned = plots.thinned(PLOTS_MAX)
-    pairs = named_pairs(thinned, paths, key, 0.0)
+    pairs = named_pairs(thinned, [(key, one) for one in paths], 0.0)
     used = [list(references)[number] for number in np.unique(pairs.source).tolist()]
     return _fitted(thinned, pairs, ", ".join(used), thinned.keys[:, key])
 

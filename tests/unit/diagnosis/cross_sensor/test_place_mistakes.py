@@ -1,5 +1,7 @@
 """Clocks of minutes, and positions or sites of all radars that are displaced by a little."""
 
+from dataclasses import replace
+
 import polars as pl
 import pytest
 
@@ -26,6 +28,30 @@ def test_a_clock_of_minutes_of_one_of_two_radars_is_named_with_both() -> None:
     assert " s ahead (8.3 min)" in found.sentence
 
 
+def test_a_clock_is_named_beside_sensors_that_share_other_identities() -> None:
+    """One radar has addresses and codes, the others have codes, and ADS-B has addresses."""
+    one = with_reports(recording(positions=True))
+    number, sensor = pl.col("track_number"), pl.col("sensor_id")
+    one = replace(
+        one,
+        frame=one.frame.with_columns(
+            track_number=pl.lit(None, pl.Int64),
+            mode_3a=pl.when(sensor != "adsb").then(
+                pl.format("43{}", number.map_elements(lambda x: f"{x:02o}", pl.String))
+            ),
+            mode_s_address=pl.when(sensor.is_in([NAME, "adsb"])).then(
+                pl.format("4B18{}", (number + 16).cast(pl.String))
+            ),
+            latitude_deg=pl.when(sensor == "adsb").then(pl.col("latitude_deg")),
+            longitude_deg=pl.when(sensor == "adsb").then(pl.col("longitude_deg")),
+        ),
+    )
+    assert one.codes() == []
+    (found,) = one.changed("adsb", time_s=TIME + 18.0).diagnosed()
+    assert (found.sensor_id, found.code) == ("adsb", "clock")
+    assert "18.0 s ahead (GPS time instead of UTC?)" in found.sentence
+
+
 @pytest.mark.parametrize("north_m", [100.0, -150.0])
 def test_reports_displaced_by_100_m_against_all_radars_are_named(north_m: float) -> None:
     one = with_reports(recording(positions=True))
@@ -33,6 +59,28 @@ def test_reports_displaced_by_100_m_against_all_radars_are_named(north_m: float)
     (found,) = one.changed("adsb", latitude_deg=moved).diagnosed()
     assert (found.sensor_id, found.code) == ("adsb", "positions_displaced")
     assert ("north" if north_m > 0.0 else "south") in found.sentence
+
+
+@pytest.mark.parametrize("north_m", [5_000.0, -30_000.0])
+def test_reports_displaced_by_kilometres_are_named(north_m: float) -> None:
+    one = with_reports(recording(positions=True))
+    latitude = pl.col("latitude_deg") + north_m / METRES_PER_DEGREE
+    (found,) = one.changed("adsb", latitude_deg=latitude).diagnosed()
+    assert (found.sensor_id, found.code, found.severity) == (
+        "adsb",
+        "positions_displaced",
+        "error",
+    )
+    said_km, course = found.sentence.partition("displaced by ")[2].split()[::2][:2]
+    assert float(said_km) == pytest.approx(abs(north_m) / 1e3, abs=0.5)
+    assert course.startswith("north" if north_m > 0.0 else "south")
+
+
+def test_reports_that_contradict_one_radar_are_not_displaced() -> None:
+    one = with_reports(recording(positions=True)).only(NAME, "adsb")
+    site = RADARS[NAME][0][0] + 20_000.0 / METRES_PER_DEGREE
+    (found,) = one.configured(NAME, latitude_deg=site).diagnosed()
+    assert (found.sensor_id, found.code) == (NAME, "site")
 
 
 def test_sites_that_are_all_displaced_are_the_other_reading() -> None:

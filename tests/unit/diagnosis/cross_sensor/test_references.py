@@ -45,23 +45,23 @@ def test_a_plot_after_the_path_of_its_aircraft_has_no_position(beside: list[int]
         [2000.0, 4000.0, 5000.0, 7000.0][: 2 + number],
     )
     plots = plots_at(10.0, np.nextafter(10.0, 11.0), 15.0, 20.0, np.nextafter(20.0, 21.0), 22.0)
-    found = named_pairs(plots, [paths], ADDRESS, 0.0)
+    found = named_pairs(plots, [(ADDRESS, paths)], 0.0)
     assert found.plot.tolist() == [1, 2, 3]
     np.testing.assert_allclose(found.position_m[:, 0], [2000.0, 3000.0, 4000.0])
     np.testing.assert_allclose(found.velocity_mps, [[200.0, 0.0, 0.0]] * 3)
     assert found.name.tolist() == [AIRCRAFT] * 3
     # A late clock.
-    late = named_pairs(plots, [paths], ADDRESS, 2.0)
+    late = named_pairs(plots, [(ADDRESS, paths)], 2.0)
     assert late.plot.tolist() == [2, 3, 4, 5]
 
 
 @pytest.mark.parametrize(("more_s", "known"), [(0.0, 1), (0.001, 0)])
 def test_gaps_are_interpolated_up_to_their_limit(more_s: float, known: int) -> None:
     paths = paths_of([AIRCRAFT] * 2, [0.0, GAP_MAX_S + more_s], [0.0, 6000.0])
-    assert named_pairs(plots_at(15.0), [paths], ADDRESS, 0.0).size == known
+    assert named_pairs(plots_at(15.0), [(ADDRESS, paths)], 0.0).size == known
 
 
 @pytest.mark.parametrize(("more_m", "known"), [(0.0, 1), (0.1, 0)])
 def test_paths_faster_than_an_aircraft_are_none(more_m: float, known: int) -> None:
     paths = paths_of([AIRCRAFT] * 2, [0.0, 10.0], [0.0, 10.0 * SPEED_MAX_MPS + more_m])
-    assert named_pairs(plots_at(5.0), [paths], ADDRESS, 0.0).size == known
+    assert named_pairs(plots_at(5.0), [(ADDRESS, paths)], 0.0).size == known
