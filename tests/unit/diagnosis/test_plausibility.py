@@ -197,3 +197,23 @@ def test_few_aircraft_in_one_direction_show_no_sense_of_rotation(
     )  # fmt: skip
     found = check_azimuth_unit("1-10", radar)
     assert (None if found is None else found.code) == code
+
+
+@pytest.mark.parametrize(("factor", "code"), [(np.pi / 180.0, "azimuth_unit"), (1.0, None)])
+def test_a_unit_of_azimuths_shows_among_clutter_at_the_configured_period(
+    factor: float, code: str | None
+) -> None:
+    rng = np.random.default_rng(4)
+    time_s = np.sort(rng.uniform(0.0, 400.0, 3000))
+    scattered = rng.random(3000) < 0.5
+    azimuth_deg = np.where(scattered, rng.uniform(0.0, 360.0, 3000), time_s * 90.0 % 360.0)
+    missing = np.full(3000, np.nan)
+    radar = Plots(
+        time_s, np.full(3000, 50e3), azimuth_deg * factor, missing, missing, missing,
+        np.full((3000, 3), -1, np.int64),
+    )  # fmt: skip
+    found = check_azimuth_unit("1-10", radar, 4.0)
+    assert (None if found is None else found.code) == code
+    if found is not None:
+        assert "probably in radians" in found.sentence
+        assert "one revolution in 4.00 s" in found.sentence

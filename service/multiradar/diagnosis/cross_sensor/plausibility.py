@@ -42,6 +42,9 @@ HIGH_MAX = 0.05
 _BELOW_M = 300.0
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
+#: Minimum coherence of azimuths and times at the configured period in another unit, among plots
+#: that do not advance with the antenna; its ratio to that of the azimuths as given at any period.
+ADVANCES_MIN, ADVANCES_MORE = 0.35, 2.0
 #: Quartiles of times between plots that are equal, as a fraction.
 _EQUAL_WITHIN = 0.03
 #: No antenna of a surveillance radar rotates more slowly, s.
@@ -75,7 +78,7 @@ def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
     return None
 
 
-def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
+def check_azimuth_unit(name: str, plots: Plots, configured_s: float = np.nan) -> Diagnosis | None:
     """Diagnose azimuths in another unit than degrees, or measured anticlockwise."""
     time_s, azimuth = plots.time_s, plots.azimuth_deg
     good = np.isfinite(azimuth)
@@ -91,6 +94,8 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
             best, unit = found, reading
     if unit is not None:
         return _of_unit(name, unit, azimuth, best)
+    if (among := _among_clutter(time_s, azimuth, given, configured_s)) is not None:
+        return _of_unit(name, among, azimuth, Rotation(configured_s, 1.0))
     if _rotates(given, time_s) and given.period_s < 0.0:
         clockwise = coherence_at(time_s, np.radians(azimuth), -given.period_s)
         # Few aircraft in one direction advance with an antenna in either sense.
@@ -104,6 +109,23 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
             "true north (if they are angles from east, as in mathematics: 90° minus each value)",
         )
     return None
+
+
+# Clutter does not advance with the antenna in simulated recordings, and plots delayed by networks
+# advance with it roughly: then the period is not searched for, but is that of the sensors file.
+def _among_clutter(
+    time_s: Floats, azimuth: Floats, given: Rotation, configured_s: float
+) -> Reading | None:
+    if not configured_s > 0.0 or given.coherence >= ADVANCES_MIN:
+        return None
+    found, most = None, max(ADVANCES_MIN, ADVANCES_MORE * given.coherence)
+    for reading in AZIMUTH_UNITS:
+        read = reading.polar(azimuth, azimuth)[1]
+        if 0.5 * np.pi <= float(np.max(read, initial=0.0)) <= 2.01 * np.pi:
+            coherence = coherence_at(time_s, read, configured_s)
+            if coherence >= most:
+                found, most = reading, coherence
+    return found
 
 
 def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis | None:

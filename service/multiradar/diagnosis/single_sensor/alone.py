@@ -80,7 +80,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots)
-        or check_azimuth_unit(name, plots)
+        or check_azimuth_unit(name, plots, period_s)
         or check_azimuth_form(name, plots, period_s),
         check_two_radars(name, plots),
         check_signed(name, plots),
