@@ -12,6 +12,8 @@ from multiradar.report.times import is_dated, time_text
 OUTSIDE_MIN = 0.5
 #: Fraction of the aircraft's time with a track below which there is a warning, too.
 MATCHED_MIN = 0.5
+#: ... and below which there is no evaluation: such matches are those of any other recording.
+BARELY_MIN = 0.05
 #: Time of the tracks without a reference at an end that gives a warning, as a fraction, and s.
 CUT_MIN, CUT_MIN_S = 0.1, 60.0
 #: Fewer tracks show no incomplete reference.
@@ -158,8 +160,8 @@ def cut_short(tracks: Tracks, reference: Reference) -> list[str]:
     return sentences
 
 
-def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
-    """Return a warning where the aircraft of a reference have a track for little of their time.
+def rarely_matched(track_of: Indices, gate_m: float, least: float = MATCHED_MIN) -> list[str]:
+    """Return a sentence where the aircraft of a reference have a track for little of their time.
 
     Parameters
     ----------
@@ -167,14 +169,16 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
         Track assigned to each aircraft at each instant; −1 for none.
     gate_m : float
         Association radius, m.
+    least : float
+        The fraction of their time from which on there is none.
 
     Returns
     -------
     list of str
-        Empty from `MATCHED_MIN` on.
+        Empty from `least` on.
     """
     fraction = float(np.mean(track_of >= 0))
-    if fraction >= MATCHED_MIN:
+    if fraction >= least:
         return []
     return [
         f"the reference aircraft have a track within {gate_m:.12g} m (--gate) for only "

@@ -1,8 +1,10 @@
 """Checks of a reference: matches, rejected rows, independence, clocks, units of heights."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.update_errors import UpdateErrors
@@ -11,6 +13,8 @@ from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, RowCounts, Tracks
 from multiradar_schemas.measurements.units import FOOT_M
 
+#: Fraction of the updates by radars that have a plot at their time in the recording of the tracks.
+SAME_MIN = 0.5
 #: An offset along the course from this time on, s, with this fraction of the updates on one side,
 #: is one of a clock: the lag of a tracker in turns is smaller, and of both signs elsewhere.
 CLOCK_MIN_S, ONE_SIDE_MIN = 1.0, 0.8
@@ -58,6 +62,71 @@ def poorly_matched(
         aircraft = len(reference.names)
         found += mostly_unknown(instants.track, instants.aircraft_of, aircraft)
     return found
+
+
+def of_another_recording(tracks: Tracks, measured: pl.DataFrame, given: Path) -> list[str]:
+    """Return what is wrong if measurements are not those from which tracks were formed.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        The tracks.
+    measured : DataFrame
+        Columns ``time_s`` and ``sensor_id`` of a recording.
+    given : Path
+        The recording, for the message.
+
+    Returns
+    -------
+    list of str
+        Empty where at least `SAME_MIN` of the updates by sensors of the recording, or of all
+        updates if it has none of their sensors, have a measurement at their time.
+    """
+    key = ["time_s", "sensor_id"]
+    updates = pl.DataFrame({name: getattr(tracks, name)[tracks.measured] for name in key})
+    theirs, own = (sorted(one["sensor_id"].unique().to_list()) for one in (measured, updates))
+    known = updates.filter(pl.col("sensor_id").is_in(theirs))
+    share = len(known.join(measured, on=key, how="semi")) / max(len(known), 1)
+    if not own or share >= SAME_MIN:
+        return []
+    return [
+        f"{given}: {share:.0%} of the updates of the tracks by its sensors have a measurement at "
+        f"their time (its sensors: {', '.join(theirs) or 'none'}; those of the tracks: "
+        f"{', '.join(own)}): probably another recording; specify the measurements from which the "
+        "tracks were formed"
+    ]
+
+
+def of_other_sensors(
+    tracks: Tracks, radars: Collection[str], names: Collection[str], given: Path
+) -> list[str]:
+    """Return what is wrong if sensors of the tracks are not in a sensors file.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        The tracks.
+    radars : collection of str
+        Radars of their recording, as far as known: other sensors have no site and no coverage.
+    names : collection of str
+        All names of the sensors of the file.
+    given : Path
+        The file, for the message.
+    """
+    used = set(tracks.sensor_id[tracks.measured].tolist())
+    missing = sorted(used & set(radars) - set(names))
+    if not used or (used & set(names) and not missing):
+        return []
+    if missing and used & set(names):
+        return [
+            f"{given}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not in this "
+            "file, but updated tracks: coverage and differences by radar are incomplete; specify "
+            "the sensors file of the tracks"
+        ]
+    return [
+        f"{given}: none of the sensors of the tracks ({', '.join(sorted(used))}) is in this file, "
+        f"which has {', '.join(sorted(names))}; specify the sensors file of the tracks"
+    ]
 
 
 def wide_gate(reference: Reference, settings: EvaluationSettings) -> list[str]:

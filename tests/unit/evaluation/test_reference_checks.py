@@ -1,6 +1,7 @@
 """Clocks and units of a reference, seen in the errors of the tracks."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from multiradar.evaluation.measures.update_errors import UpdateErrors, errors_of
 from multiradar.evaluation.reference_checks import (
     clock_offset,
     height_unit,
+    of_other_sensors,
     shared_sensors,
     wide_gate,
 )
@@ -102,3 +104,23 @@ def test_the_default_gate_is_right_for_close_aircraft() -> None:
         for number in range(3)
     }
     assert wide_gate(reference_of(near), EvaluationSettings()) == []
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ({"r1", "r2"}, None),
+        ({"r1", "r2", "r3"}, None),
+        ({"r2"}, "r1 is not in this file, but updated tracks"),
+        ({"x"}, "none of the sensors of the tracks (adsb, r1, r2) is in this file, which has x"),
+    ],
+)
+def test_a_sensors_file_without_radars_of_the_tracks_is_reported(
+    names: set[str], said: str | None
+) -> None:
+    tracks, _ = compared(0.0)
+    sensor_id = np.resize(np.array(["r1", "r2", "adsb"]), len(tracks.time_s))
+    tracks = replace(tracks, sensor_id=sensor_id, measured=np.ones(len(sensor_id), np.bool_))
+    found = of_other_sensors(tracks, ["r1", "r2", "r4"], names, Path("sensors.toml"))
+    assert len(found) == (said is not None)
+    assert said is None or said in found[0]

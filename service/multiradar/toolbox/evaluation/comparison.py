@@ -10,11 +10,15 @@ from multiradar.toolbox.messages.warning import warn
 from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from multiradar.evaluation.card.figures import Figures
     from multiradar.evaluation.coverage import CoveredRegion
     from multiradar.evaluation.scorecard import Scorecard
     from multiradar.evaluation.settings import EvaluationSettings
+    from multiradar.evaluation.trajectories import Tracks
     from multiradar.toolbox.evaluation.known import Known
+    from multiradar_schemas.sensors.sensor import Sensor
 
 #: Motion models of a smoothed reference; the first is the default.
 SMOOTHERS = ("constant-velocity", "imm")
@@ -180,11 +184,9 @@ def compared(
     Scorecard, dict, list of str
         All measures, the figures, and what is wrong with the tracks or the reference.
     """
-    from multiradar.evaluation.card.figures import figures_of, row_figures
+    from multiradar.evaluation.card.figures import figures_of
     from multiradar.evaluation.common_offset import common_offset, time_offset
-    from multiradar.evaluation.overlap import (
-        check_matched,
-    )
+    from multiradar.evaluation.overlap import BARELY_MIN, check_matched, rarely_matched
     from multiradar.evaluation.reference_checks import (
         clock_offset,
         height_unit,
@@ -214,6 +216,7 @@ def compared(
         warn(sentence, DataWarning)
     evaluated = read_tracks(tracks, known, settings)
     listed = () if sensors is None else read_sensors(sensors).sensor
+    plots = radar_plots(chosen.plots())
     card = evaluate_tracks(
         evaluated,
         known.reference,
@@ -222,31 +225,62 @@ def compared(
         plots=known.plots,
         biases=read_biases(tracks, known),
         sensors=listed,
-        radar_plots=radar_plots(chosen.plots()),
+        radar_plots=plots,
         forecasts=read_forecasts(tracks),
     )
     late = time_offset(card.instants, settings.gate_m)
     check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m, late)
+    findings = [*known.findings, *filter(None, [late])]
     sentences = height_unit(evaluated, card.errors)
     if late is None:
-        sentences += poorly_matched(evaluated, known.reference, card.instants, settings)
+        poorly = poorly_matched(evaluated, known.reference, card.instants, settings)
+        barely = rarely_matched(card.instants.track_of, settings.gate_m, BARELY_MIN)
+        findings += [one for one in poorly if one in barely]
+        sentences += [one for one in poorly if one not in barely]
         sentences += clock_offset(evaluated, card.errors)
     # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
     named_alike = {one.id for one in listed if one.kind != "adsb"}
     sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
     offset = common_offset(card.errors)
-    findings = [*known.findings, *filter(None, [late])]
+    findings += _of_other_recordings(evaluated, chosen, listed, plots)
     if offset is not None:
         (findings if offset.dominates else sentences).append(offset.sentence)
     for sentence in sentences:
         warn(sentence, DataWarning)
+    return card, {"reference": _named(chosen, known), **figures_of(card)}, findings
+
+
+def _named(chosen: References, known: "Known") -> "Figures":
+    from multiradar.evaluation.card.figures import row_figures
+
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
-    what |= row_figures(counts)
+    what |= row_figures(known.reference.counts)
     if chosen.sensors is not None:
         what["sensors"] = str(chosen.sensors)
     if chosen.measurements is not None:
         what["measurements"] = str(chosen.measurements)
-    return card, {"reference": what, **figures_of(card)}, findings
+    return what
+
+
+# Files that were given beside a reference, and are not those of the tracks.
+def _of_other_recordings(
+    tracks: "Tracks",
+    chosen: References,
+    sensors: "Sequence[Sensor]",
+    plots: "pl.DataFrame | None",
+) -> list[str]:
+    from multiradar.evaluation.reference_checks import of_another_recording, of_other_sensors
+    from multiradar.toolbox.evaluation.inputs import measured_times
+
+    found: list[str] = []
+    if chosen.sensors is not None:
+        names: set[str] = set().union(*(one.all_names() for one in sensors))
+        radars = [] if plots is None else plots["sensor_id"].unique().to_list()
+        found += of_other_sensors(tracks, radars, names, chosen.sensors)
+    if chosen.measurements is not None:
+        measured = measured_times(chosen.measurements)
+        found += of_another_recording(tracks, measured, chosen.measurements)
+    return found
 
 
 def _check_step(known: "Known", settings: "EvaluationSettings") -> None:

@@ -326,6 +326,12 @@ def radar_plots(given: Path | None) -> pl.DataFrame | None:
     return frame.filter(pl.col("kind") == "radar").select(PLOT_COLUMNS)
 
 
+def measured_times(given: Path) -> pl.DataFrame:
+    """Read ``time_s`` and ``sensor_id`` of a recording; parameters and errors of `radar_plots`."""
+    frame, _ = _measurements(given)
+    return frame.select("time_s", "sensor_id")
+
+
 # What makes the measurements unfit for a reference; names are compared by `_warn_of_unknown`.
 def _findings(frame: pl.DataFrame, sensors: "SensorTable") -> list[str]:
     from multiradar.diagnosis.evidence import Evidence

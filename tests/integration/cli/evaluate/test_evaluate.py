@@ -1,6 +1,7 @@
 """`multiradar evaluate` on simulated scenarios and on the sample recording."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -351,6 +352,30 @@ def test_a_reference_of_another_area_or_time_is_reported(
         "of the reference lies outside the time span of the tracks: tracks 0"
         in capsys.readouterr().err
     )
+
+
+def test_files_of_another_recording_beside_a_reference_are_reported(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The measurements and the sensors that were given beside a truth, and a truth of others."""
+    line = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
+    assert run([*line, "--measurements", str(scene / "made")]) == 0
+    other = tmp_path / "measurements.parquet"
+    frame = pl.read_parquet(scene / "made" / "measurements.parquet")
+    frame.with_columns(pl.col("time_s") + 0.4).write_parquet(other)
+    capsys.readouterr()
+    assert run([*line, "--measurements", str(other)]) == 1
+    assert "0% of the updates of the tracks by its sensors" in capsys.readouterr().err
+    sensors = (scene / "made" / "sensors.toml").read_text()
+    listed = tmp_path / "sensors.toml"
+    listed.write_text(re.sub(r'id = "', 'id = "other-', sensors))
+    assert run([*line, "--sensors", str(listed)]) == 1
+    assert "none of the sensors of the tracks" in capsys.readouterr().err
+    truth = pl.read_parquet(scene / "made" / "truth.parquet")
+    moved = pl.col("latitude_deg") + 0.2
+    truth.with_columns(moved).write_parquet(tmp_path / "truth.parquet")
+    found = run(["evaluate", str(scene / "tracks"), "--truth", str(tmp_path / "truth.parquet")])
+    assert found == 1
 
 
 @pytest.mark.parametrize(
