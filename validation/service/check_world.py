@@ -89,13 +89,17 @@ class Service:
         Its `sensors.toml`.
     options : list of str
         Further options of `serve`.
+    module : str
+        The module that is the command.
     """
 
-    def __init__(self, folder: Path, sensors: str, options: list[str]) -> None:
+    def __init__(
+        self, folder: Path, sensors: str, options: list[str], module: str = "multiradar"
+    ) -> None:
         folder.mkdir(parents=True)
         self.folder = folder
         self._log = (folder / "log.txt").open("w", encoding="utf-8")
-        self._process = started(folder, sensors, *options, errors=self._log)
+        self._process = started(folder, sensors, *options, errors=self._log, module=module)
         self.pid = self._process.pid
 
     def listen(self) -> None:

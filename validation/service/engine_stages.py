@@ -70,7 +70,7 @@ def main() -> int:
     table = wire.sensor_table(parse_sensors(world.sensors_text(EUROPE)))
     engine = Engine(table, TrackingSettings(), sampling=Sampling.ALL)
     digest, before, rows = OutputDigest(), dict(watch.spent), 0
-    for number, message in enumerate(_messages(world, options.messages)):
+    for number, message in enumerate(messages(world, options.messages)):
         if number == options.warm:
             before, rows = dict(watch.spent), 0
         batch = wire.measurement_batch(message, table)[0]
@@ -82,7 +82,8 @@ def main() -> int:
     return 0
 
 
-def _messages(world: World, count: int) -> list[pl.DataFrame]:
+def messages(world: World, count: int) -> list[pl.DataFrame]:
+    """Return messages of `MESSAGE_S` of the region Europe."""
     found = []
     duration_s = BLOCK_S * np.ceil(count * MESSAGE_S / BLOCK_S)
     for number, frames in enumerate(world.blocks(float(duration_s))):

@@ -126,6 +126,7 @@ def started(
     *options: str,
     errors: IO[str] | None = None,
     settings: Mapping[str, str] | None = None,
+    module: str = "multiradar",
 ) -> "subprocess.Popen[str]":
     """Start a service on a free port, with its journal in a folder; it prints its address as JSON.
 
@@ -141,11 +142,13 @@ def started(
         For its standard error; that of this process when absent.
     settings : mapping of str to str, optional
         Further variables of its environment.
+    module : str
+        The module that is the command.
     """
     path = folder / "sensors.toml"
     path.write_text(sensors, encoding="utf-8")
     command = [
-        sys.executable, "-m", "multiradar", "serve", "--sensors", str(path), "--port", "0",
+        sys.executable, "-m", module, "serve", "--sensors", str(path), "--port", "0",
         "--no-zenoh", "--json", "--state", str(folder / "state"), "--log-level", "warning",
         *options,
     ]  # fmt: skip

@@ -2,7 +2,6 @@
 
 import asyncio
 import math
-import threading
 from collections import OrderedDict
 from collections.abc import AsyncGenerator, Callable, Iterator
 from contextlib import contextmanager
@@ -21,8 +20,9 @@ GAP = "gap"
 # The ring of events bounds how far a client may lag behind, not the stream.
 _WHOLE_RING = 2**31
 
-# Clients that keep up get the same batches within one interval, so the last few are cached.
-_RETAINED_BATCHES = 16
+# Clients that keep up get the same batches within one interval, so the last few are cached: as many
+# as two messages of 8000 measurements.
+_RETAINED_BATCHES = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +37,19 @@ class Batch:
         Events in it; 0 makes it a heartbeat.
     text : bytes
         The encoded batch, ready for the wire; empty in a heartbeat.
+    gaps : int
+        Notices of lost events among them.
     """
 
     last: int
     count: int
     text: bytes
+    gaps: int = 0
 
 
 Encoder = Callable[[StreamEvents], bytes]
+# Encoder, kinds, edition of the stream, and the number before the batch.
+_Key = tuple[Encoder, frozenset[str], int, int]
 
 
 class StreamHub:
@@ -68,8 +73,8 @@ class StreamHub:
             "streams open", "TOO_MANY_STREAMS", limits.streams_max, limits.client_streams_max,
             retry_after_s=5,
         )  # fmt: skip
-        self._retained: OrderedDict[tuple[object, ...], _Shared] = OrderedDict()
-        self._lock = threading.Lock()
+        # Used on the thread of the event loop only.
+        self._retained: OrderedDict[_Key, asyncio.Task[Batch | None]] = OrderedDict()
 
     @contextmanager
     def slot(self, transport: str) -> Iterator[None]:
@@ -103,7 +108,7 @@ class StreamHub:
                 bell.clear()
                 # Before the poll, so that events before the end are sent.
                 ended = subscription.ended
-                batch = await self._workers.run(self._next, subscription, kinds, encode, transport)
+                batch = await self._next(subscription, kinds, encode)
                 if batch is None and ended:
                     return
                 if batch is None:
@@ -115,47 +120,57 @@ class StreamHub:
                     continue
                 last = batch.last
                 STREAM_EVENTS.labels(transport=transport).inc(batch.count)
+                STREAM_GAPS.labels(transport=transport).inc(batch.gaps)
                 yield batch
         finally:
             subscription.close()
 
-    def _next(
-        self, subscription: EventSource, kinds: frozenset[str], encode: Encoder, transport: str
+    async def _next(
+        self, subscription: EventSource, kinds: frozenset[str], encode: Encoder
+    ) -> Batch | None:
+        # Nothing but the event loop is needed by a client that is not the first of its batch.
+        if subscription.is_idle():
+            return None
+        after = subscription.after
+        key = (encode, kinds, subscription.edition, after)
+        shared = self._retained.get(key)
+        if shared is not None:
+            batch = await asyncio.shield(shared)
+            if batch is not None and not batch.gaps and subscription.skip(after + 1, batch.last):
+                return batch
+            return await self._workers.run(self._read, subscription, kinds, encode)
+        work = self._workers.run(self._read, subscription, kinds, encode)
+        # Not cancelled with the first client: others may wait for it.
+        shared = asyncio.create_task(work)
+        self._retained[key] = shared
+        while len(self._retained) > _RETAINED_BATCHES:
+            self._retained.popitem(last=False)
+        shared.add_done_callback(lambda ended: self._drop_unusable(key, ended))
+        return await asyncio.shield(shared)
+
+    def _read(
+        self, subscription: EventSource, kinds: frozenset[str], encode: Encoder
     ) -> Batch | None:
         polled = subscription.poll_table(self._limits.stream_batch_events_max)
-        numbers = polled.numbers
-        if not numbers:
+        if not polled.numbers:
             return None
-        gaps = polled.kinds.count(GAP)
-        STREAM_GAPS.labels(transport=transport).inc(gaps)
-        key = (transport, kinds, numbers[0], numbers[-1], gaps, len(numbers))
-        with self._lock:
-            shared = self._retained.setdefault(key, _Shared())
-            while len(self._retained) > _RETAINED_BATCHES:
-                self._retained.popitem(last=False)
-        return shared.batch(polled, kinds, encode)
+        chosen = polled.of_kinds(kinds | {GAP})
+        count = len(chosen.kinds)
+        text = encode(chosen) if count else b""
+        return Batch(polled.numbers[-1], count, text, chosen.kinds.count(GAP))
+
+    # Of a client that had left, of one with a gap of its own, or of a failure.
+    def _drop_unusable(self, key: _Key, ended: "asyncio.Task[Batch | None]") -> None:
+        failed = ended.cancelled() or ended.exception() is not None
+        batch = None if failed else ended.result()
+        if (batch is None or batch.gaps) and self._retained.get(key) is ended:
+            del self._retained[key]
 
     async def _next_tick(self) -> None:
         # All clients wait for the same tick, so that they get the same events and share them.
         interval_s = self._limits.stream_batch_interval_s
         now_s = asyncio.get_running_loop().time()
         await asyncio.sleep((math.floor(now_s / interval_s) + 1) * interval_s - now_s)
-
-
-class _Shared:
-    # A batch of several clients; they ask for it at the same tick, and one of them encodes it.
-
-    def __init__(self) -> None:
-        self._batch: Batch | None = None
-        self._lock = threading.Lock()
-
-    def batch(self, polled: StreamEvents, kinds: frozenset[str], encode: Encoder) -> Batch:
-        with self._lock:
-            if self._batch is None:
-                chosen = polled.of_kinds(kinds | {GAP})
-                count = len(chosen.kinds)
-                self._batch = Batch(polled.numbers[-1], count, encode(chosen) if count else b"")
-            return self._batch
 
 
 class _Wakeup:

@@ -10,8 +10,9 @@ import asyncio
 import socket
 import ssl
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +21,12 @@ import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.config import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 from websockets.exceptions import InvalidState
+from websockets.http11 import Request
+from websockets.protocol import State
 
 from multiradar.access.authentication import CERTIFICATE_NAME
 from multiradar.access.shares import client_at
@@ -30,8 +34,15 @@ from multiradar.errors import ConfigurationError
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
 from multiradar.settings.limits import HttpLimits
 
+#: Member of an ASGI message `websocket.send`: a whole frame, which is sent as it is. A server that
+#: reads it has the key in the `extensions` of the scope.
+FRAME = "multiradar.frame"
+
 # Clients of the event stream send nothing; larger messages are not read.
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096
+# First octet of a frame that is a whole text, and lengths that stand for longer ones after them.
+_FINAL_TEXT = b"\x81"
+_LENGTH_16, _LENGTH_64 = 126, 127
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,8 +344,41 @@ class _WebSocket(WebSocketsSansIOProtocol):
         except InvalidState:
             self.transport.close()
 
+    def handle_connect(self, event: Request) -> None:
+        super().handle_connect(event)
+        if self.response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
+            self.scope["extensions"][FRAME] = {}
+
     async def send(self, message: Any) -> None:
+        if FRAME in message:
+            await self._send_frame(message[FRAME])
+            return
         if message["type"] == "websocket.close":
             # A close code is queued behind unread data of a stalled client without waiting.
             self.writable.set()
         await super().send(message)
+
+    # A frame that many clients get is not copied for each, as `send` does several times.
+    async def _send_frame(self, frame: bytes) -> None:
+        await self.writable.wait()
+        if self.disconnected or self.close_sent or self.conn.state is not State.OPEN:
+            raise ClientDisconnected
+        self.transport.write(frame)
+
+
+def text_frame(parts: Sequence[bytes]) -> bytes:
+    """Return a text as one WebSocket frame of a server, without mask (RFC 6455, section 5.2).
+
+    Parameters
+    ----------
+    parts : sequence of bytes
+        The text, UTF-8.
+    """
+    length = sum(map(len, parts))
+    if length < _LENGTH_16:
+        size = length.to_bytes(1, "big")
+    elif length < 1 << 16:
+        size = bytes([_LENGTH_16]) + length.to_bytes(2, "big")
+    else:
+        size = bytes([_LENGTH_64]) + length.to_bytes(8, "big")
+    return b"".join([_FINAL_TEXT, size, *parts])

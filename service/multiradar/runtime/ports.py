@@ -76,6 +76,11 @@ class EventSource(Protocol):
         ...
 
     @property
+    def edition(self) -> int:
+        """Number of the content of the stream: in another one, a number may have another event."""
+        ...
+
+    @property
     def lost(self) -> int:
         """Events lost because the reader was too slow or subscribed too late."""
         ...
@@ -91,6 +96,14 @@ class EventSource(Protocol):
 
     def poll_table(self, max_events: int) -> StreamEvents:
         """Return the next events in columns, as `poll`."""
+        ...
+
+    def is_idle(self) -> bool:
+        """Whether there is nothing to poll; if so, the next event wakes the reader."""
+        ...
+
+    def skip(self, first: int, last: int) -> bool:
+        """Continue after events that the reader already has; False if others come first."""
         ...
 
     def set_wakeup(self, callback: Callable[[], None]) -> None:

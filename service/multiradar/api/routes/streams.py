@@ -5,7 +5,7 @@ import contextlib
 import secrets
 from collections.abc import Coroutine, Mapping, Sequence
 from itertools import chain
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.requests import ClientDisconnect
@@ -17,6 +17,7 @@ from multiradar.access.clients import Caller
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.batches import KINDS, Batch
+from multiradar.api.connections import FRAME, text_frame
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import INTEGER_MOST, AsInteger, integer, list_form, strict_query
 from multiradar.errors import RequestError
@@ -114,17 +115,13 @@ def chosen_kinds(text: str | None) -> frozenset[str]:
 
 
 def message(events: StreamEvents) -> bytes:
-    """Return events as one WebSocket message."""
-    numbers, payloads = events.numbers, events.payloads
-    heads = [
-        f'}},{{"sequence":{number},"kind":"{kind}","key":"{key}","data":'.encode()
-        for number, kind, key in zip(numbers, events.kinds, events.keys, strict=True)
-    ]
-    heads[0] = heads[0].removeprefix(b"},")
-    start = b'{"type":"events","first":%d,"last":%d,"events":[' % (numbers[0], numbers[-1])
-    # Joined, not formatted: each payload is copied once.
-    parts = chain.from_iterable(zip(heads, payloads, strict=True))
-    return b"".join([start, *parts, b"}]}"])
+    """Return events as the text of one WebSocket message."""
+    return b"".join(_message_parts(events))
+
+
+def frame(events: StreamEvents) -> bytes:
+    """Return events as the frame of one WebSocket message."""
+    return text_frame(_message_parts(events))
 
 
 def event_lines(events: StreamEvents) -> bytes:
@@ -136,19 +133,37 @@ def event_lines(events: StreamEvents) -> bytes:
     )
 
 
+def _message_parts(events: StreamEvents) -> list[bytes]:
+    numbers, payloads = events.numbers, events.payloads
+    heads = [
+        f'}},{{"sequence":{number},"kind":"{kind}","key":"{key}","data":'.encode()
+        for number, kind, key in zip(numbers, events.kinds, events.keys, strict=True)
+    ]
+    heads[0] = heads[0].removeprefix(b"},")
+    start = b'{"type":"events","first":%d,"last":%d,"events":[' % (numbers[0], numbers[-1])
+    # Joined, not formatted: each payload is copied once.
+    parts = chain.from_iterable(zip(heads, payloads, strict=True))
+    return [start, *parts, b"}]}"]
+
+
 async def _send_batches(
     socket: WebSocket, access: Access, after: int | None, kinds: frozenset[str]
 ) -> None:
-    batches = access.hub.batches("websocket", after, kinds, message)
+    whole = FRAME in (socket.scope.get("extensions") or {})
+    batches = access.hub.batches("websocket", after, kinds, frame if whole else message)
     async with contextlib.aclosing(batches):
         async for batch in batches:
             if not access.authentication.is_current(socket.state.caller):
                 await socket.close(CLOSE_POLICY, "the credentials have expired or were revoked")
                 return
-            text = batch.text.decode() if batch.text else _heartbeat(batch)
+            sent: dict[str, Any] = {"type": "websocket.send"}
+            if batch.text and whole:
+                sent[FRAME] = batch.text
+            else:
+                sent["text"] = batch.text.decode() or _heartbeat(batch)
             try:
                 async with asyncio.timeout(access.limits.send_deadline_s):
-                    await socket.send_text(text)
+                    await socket.send(sent)
             except TimeoutError:
                 HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
                 await socket.close(

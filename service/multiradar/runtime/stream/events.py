@@ -184,6 +184,8 @@ class EventRing:
         self._subscriptions: set[Subscription] = set()
         #: Whether no further events come.
         self.ended = False
+        #: Number of the content: another one after all events were discarded.
+        self.edition = 0
         #: Whether readers may have events that come here later; see `lead`.
         self.following = False
         self._asleep: list[Subscription] = []
@@ -224,6 +226,7 @@ class EventRing:
             self._chunks.clear()
             self._held = 0
             self._head = head
+            self.edition += 1
 
     def subscribe(self, after: int | None, depth: int) -> "Subscription":
         """Return a reader of the events after a number (None: from now on)."""
@@ -318,6 +321,11 @@ class Subscription:
         return self._after
 
     @property
+    def edition(self) -> int:
+        """Number of the content of the ring: in another one, a number may have another event."""
+        return self._ring.edition
+
+    @property
     def ended(self) -> bool:
         """Whether no further events come: the service has been drained."""
         return self._ring.ended
@@ -357,6 +365,30 @@ class Subscription:
             # An event arrived before the sleep.
             return self.poll_table(max_events)
         return EventTable.joined(parts)
+
+    def is_idle(self) -> bool:
+        """Whether there is nothing to read; if so, the next event wakes the reader, as `poll`."""
+        if self._closed:
+            return True
+        return not self._notices and self._ring.sleep(self, self._after)
+
+    def skip(self, first: int, last: int) -> bool:
+        """Continue after a number, if the next events that `poll` would return are those before.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of consecutive events that the reader already has.
+
+        Returns
+        -------
+        bool
+            False, and nothing changes, if it is at another event or must have a notice first.
+        """
+        if self._closed or self._notices or first != self._after + 1:
+            return False
+        self._after = last
+        return True
 
     def require(self, head: int) -> None:
         """Start over at the last event, with a notice, if the position is after it."""

@@ -3,14 +3,18 @@
 import asyncio
 import contextlib
 import socket
+from typing import Any
 
+import pytest
 from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
+from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
-from multiradar.api.connections import server_config
+from multiradar.api.connections import FRAME, server_config, text_frame
 from multiradar.settings.limits import HttpLimits
 from support.processes.waiting import wait_until
 
@@ -60,6 +64,42 @@ async def test_a_stop_closes_the_socket_of_a_client_that_said_goodbye_before(
         leaving.conn.state = State.CLOSING
         leaving.shutdown()
         assert leaving.transport.is_closing()
+
+
+@pytest.mark.parametrize("length", [0, 1, 125, 126, 127, 65_535, 65_536, 70_000])
+def test_a_frame_is_that_of_the_library(length: int) -> None:
+    text = b"x" * length
+    frame = Frame(Opcode.TEXT, text).serialize(mask=False)
+    assert text_frame([text[:3], text[3:]]) == frame
+
+
+async def test_a_frame_is_sent_only_while_the_socket_is_open(application: FastAPI) -> None:
+    config = server_config(application, "127.0.0.1", 0, HttpLimits())
+    config.load()
+    assert isinstance(config.ws_protocol_class, type)
+    protocol = config.ws_protocol_class(config, ServerState(), {})  # type: ignore[call-arg]
+    assert isinstance(protocol, WebSocketsSansIOProtocol)
+    ours, theirs = socket.socketpair()
+    with theirs:
+        loop = asyncio.get_running_loop()
+        protocol.transport, _ = await loop.create_connection(asyncio.Protocol, sock=ours)
+        message: Any = {"type": "websocket.send", FRAME: text_frame([b"text"])}
+        protocol.conn.state = State.OPEN
+        await protocol.send(message)
+        assert theirs.recv(100) == b"\x81\x04text"
+        protocol.writable.clear()
+        waiting = asyncio.create_task(protocol.send(message))
+        await asyncio.sleep(0.0)
+        assert not waiting.done()
+        # The client has said goodbye meanwhile.
+        protocol.conn.state = State.CLOSING
+        protocol.writable.set()
+        with pytest.raises(ClientDisconnected):
+            await waiting
+        theirs.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            theirs.recv(100)
+        protocol.transport.abort()
 
 
 def test_the_server_sends_no_server_header_and_ignores_proxy_headers(

@@ -194,6 +194,36 @@ def test_readers_wait_for_their_numbers_while_the_journal_is_played_again() -> N
     assert _numbers(_drain(subscription)) == [6, 7]
 
 
+def test_a_reader_skips_what_it_has_and_nothing_else() -> None:
+    ring = EventRing(100)
+    _fill(ring, 3)
+    subscription, astray = ring.subscribe(0, 100), ring.subscribe(1000, 100)
+    assert subscription.skip(1, 2)
+    assert not subscription.skip(1, 2)
+    assert not subscription.skip(4, 4)
+    assert _numbers(_drain(subscription)) == [3]
+    # It must have its notice first.
+    assert not astray.skip(4, 4)
+    assert [one.kind for one in _drain(astray)] == [GAP]
+    subscription.close()
+    assert not subscription.skip(4, 4)
+
+
+def test_an_idle_reader_is_woken() -> None:
+    ring, woken = EventRing(100), []
+    subscription, astray = ring.subscribe(None, 100), ring.subscribe(1000, 100)
+    subscription.set_wakeup(lambda: woken.append(1))
+    assert subscription.is_idle()
+    assert not astray.is_idle()
+    _fill(ring, 1)
+    assert woken == [1]
+    assert not subscription.is_idle()
+    _drain(subscription)
+    assert subscription.is_idle()
+    subscription.close()
+    assert subscription.is_idle()
+
+
 @pytest.mark.parametrize(("after", "depth"), [(-1, 10), (0, 0)])
 def test_an_invalid_position_is_rejected(after: int, depth: int) -> None:
     with pytest.raises(ValueError, match="expected after >= 0 and depth >= 1"):
