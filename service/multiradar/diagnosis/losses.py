@@ -186,7 +186,7 @@ def check_range_max(
     end_m = float(evidence.sensors.range_max_m[evidence.number(name)])
     ranges = evidence.sources[name].plots()["range_m"].drop_nulls().to_numpy()
     beyond = ranges > _RANGE_MAX_FACTOR * end_m
-    if not np.isfinite(end_m) or np.mean(beyond) <= LOST_MAX:
+    if len(ranges) == 0 or not np.isfinite(end_m) or np.mean(beyond) <= LOST_MAX:
         return None
     far = float(np.quantile(ranges, 0.999))
     units = [

@@ -323,3 +323,24 @@ def test_no_track_from_a_few_measurements_is_no_mistake(rows: int, codes: list[s
     evidence = Evidence(one.table())
     evidence.record_rows(one.frame)
     assert [found.code for found in diagnose(evidence)] == codes
+
+
+def test_a_direction_finder_with_azimuths_of_another_form_is_named() -> None:
+    one = recording()
+    name, *_ = RADARS
+    finder = Sensor.model_validate(
+        {
+            **one.sensors[0].model_dump(
+                exclude_none=True, exclude={"range_sigma_m", "rotation_period_s", "bias"}
+            ),
+            "kind": "direction-finder", "range_max_m": 400_000.0,
+        }
+    )  # fmt: skip
+    sensors = (finder, *one.sensors[1:])
+    signed = pl.col("azimuth_deg") - 180.0
+    found = replace(one, sensors=sensors).changed(
+        name, kind=pl.lit("bearing"), range_m=pl.lit(None, pl.Float64), azimuth_deg=signed
+    )
+    (said,) = found.diagnosed()
+    assert (said.sensor_id, said.code) == (name, "measurements_lost")
+    assert "check the values and the unit of azimuth_deg" in said.sentence
