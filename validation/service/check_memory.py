@@ -74,7 +74,7 @@ def _run(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     try:
         service.listen()
         pages = subprocess.Popen(
-            [sys.executable, "-m", "validation.service.world_subscribers",
+            [sys.executable, "-m", "validation.service.subscribers.world_subscribers",
              str(folder / "arrivals.npy"), "2", "picture", service.url],
             stdin=subprocess.PIPE, text=True,
         )  # fmt: skip

@@ -30,7 +30,7 @@ import polars as pl
 from multiradar.clock import SystemClock
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
-from validation.service.takeover_subscriber import free_endpoint
+from validation.service.subscribers.takeover_subscriber import free_endpoint
 from validation.service.traffic import PERIOD_S, Sky, sensors_text, started
 
 CLOCK = SystemClock()

@@ -36,7 +36,7 @@ from multiradar.clock import SystemClock
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from multiradar_schemas.measurements.columns import complete
-from validation.service.takeover_subscriber import Subscriber, free_endpoint
+from validation.service.subscribers.takeover_subscriber import Subscriber, free_endpoint
 from validation.service.traffic import Sky, sensors_text
 
 CLOCK = SystemClock()

@@ -273,7 +273,7 @@ def _fed(
     speed, part_s = options.speed, options.part_s
     arrivals = folder / "arrivals.npy"
     subscribers = subprocess.Popen(
-        [sys.executable, "-m", "validation.service.world_subscribers", str(arrivals),
+        [sys.executable, "-m", "validation.service.subscribers.world_subscribers", str(arrivals),
          str(options.subscribers), options.kind, *(one.url for one in services)],
         stdin=subprocess.PIPE, text=True,
     )  # fmt: skip

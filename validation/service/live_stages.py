@@ -23,7 +23,7 @@ from typing import Any
 from multiradar.clock import SystemClock
 from validation.service.check_world import Fed, Service
 from validation.service.engine_stages import EUROPE, MESSAGE_S, messages
-from validation.service.plain_readers import POLLED, STREAMS
+from validation.service.subscribers.plain_readers import POLLED, STREAMS
 from validation.service.world_scene import WORLD, World
 
 CLOCK = SystemClock()
@@ -79,7 +79,7 @@ def _run(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     )  # fmt: skip
     service.listen()
     readers = subprocess.Popen(
-        [sys.executable, "-m", "validation.service.plain_readers", options.interface,
+        [sys.executable, "-m", "validation.service.subscribers.plain_readers", options.interface,
          str(options.readers), service.url],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip

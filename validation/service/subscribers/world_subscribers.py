@@ -1,6 +1,6 @@
 """Subscribers of several services, which note when updates arrive; in a process of their own.
 
-    python -m validation.service.world_subscribers FILE COUNT picture|stream URL...
+    python -m validation.service.subscribers.world_subscribers FILE COUNT picture|stream URL...
 
 The line `end` on the standard input ends it. The file then has the rows of `ARRIVALS`.
 """

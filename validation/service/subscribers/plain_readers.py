@@ -1,6 +1,6 @@
 """Clients that read a service and discard what they read, at little cost; in a process of its own.
 
-    python -m validation.service.plain_readers INTERFACE COUNT URL
+    python -m validation.service.subscribers.plain_readers INTERFACE COUNT URL
 
 The end of the standard input ends it; it then prints the octets that each client received.
 """

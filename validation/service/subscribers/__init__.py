@@ -1,0 +1,1 @@
+"""Subscribers of a service under measurement."""
