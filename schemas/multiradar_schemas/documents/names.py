@@ -6,6 +6,20 @@ from difflib import get_close_matches
 
 #: Maximum length of an invalid value in a message.
 SHOWN_LENGTH_MAX = 60
+#: Words of the field for the known names.
+SYNONYMS = {
+    "ssr": "radar",
+    "psr": "radar",
+    "mssr": "radar",
+    "modes": "radar",
+    "primary": "radar",
+    "secondary": "radar",
+    "cat021": "adsb",
+    "wam": "mlat",
+    "multilateration": "mlat",
+    "df": "direction-finder",
+    "rdf": "direction-finder",
+}
 _QUOTED = re.compile(r"'([^']*)'")
 #: Minimum similarity, from 0 to 1, of a suggested name.
 LIKENESS_MIN = 0.6
@@ -79,6 +93,8 @@ def nearest(was: object, known: Iterable[str]) -> str | None:
         return None
     plain = {_plain(name): name for name in known}
     wanted = _plain(was)
+    if (meant := SYNONYMS.get(wanted)) in plain.values():
+        return meant
     close = get_close_matches(wanted, plain, n=1, cutoff=LIKENESS_MIN)
     if close:
         return plain[close[0]]
@@ -86,6 +102,6 @@ def nearest(was: object, known: Iterable[str]) -> str | None:
     return completions[0] if len(completions) == 1 else None
 
 
-# Case, dashes and underscores are confused more often than letters.
+# Case, dashes and underscores are confused more often than letters; a bias is an offset.
 def _plain(name: str) -> str:
-    return name.casefold().replace("-", "").replace("_", "")
+    return name.casefold().replace("-", "").replace("_", "").replace("bias", "offset")

@@ -301,7 +301,12 @@ class Sensor(Table):
             if name in PARAMETERS_BY_KIND[self.kind]:
                 continue
             if one.estimate or one.prior != 0.0:
-                raise wrong(f"bias.{name} does not apply to the {self.kind} {self.id}; remove it")
+                # Radars have a site, which ADS-B does not need.
+                sited = self.kind == "adsb" and self.latitude_deg is not None
+                perhaps = ', or write kind = "radar"' if sited else ""
+                raise wrong(
+                    f"bias.{name} does not apply to the {self.kind} {self.id}; remove it{perhaps}"
+                )
         if self.kind == "mlat" and self.latitude_deg is None:
             self._require_no_frame()
         return self

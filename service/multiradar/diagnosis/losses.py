@@ -329,6 +329,10 @@ def _never_a_value(code: str, reason: str) -> str:
         return ""
     if code == RejectCode.NON_FINITE:
         return f"{column} is not a number (NaN); leave it empty (null) where there is no value"
+    if code == RejectCode.MISSING_FIELD:
+        return f"{column} is empty in them ({reason}); fill it, or remove these rows"
+    if column == "mode_s_address" and "was '0x" in was.casefold():
+        return "mode_s_address has the prefix 0x; write its six hexadecimal digits alone"
     if column == "range_m" and was.rpartition("was ")[2].startswith("-"):
         return f"{column} is negative ({was.rpartition('was ')[2]}); write ranges above 0"
     return ""

@@ -117,3 +117,13 @@ def test_rejected_rows_are_not_missing() -> None:
     (found,) = some.diagnosed()
     assert (found.sensor_id, found.code) == (NAME, "measurements_lost")
     assert "azimuth_deg: missing" in found.sentence
+    assert found.sentence.endswith("; fill it, or remove these rows")
+
+
+def test_a_prefix_of_addresses_is_named() -> None:
+    address = pl.format("0x4B18{}", (pl.col("track_number") + 16).cast(pl.String))
+    one = recording()
+    own = pl.when(pl.col("sensor_id") == NAME).then(address)
+    (found,) = replace(one, frame=one.frame.with_columns(mode_s_address=own)).diagnosed()
+    assert (found.sensor_id, found.code) == (NAME, "measurements_lost")
+    assert "mode_s_address has the prefix 0x; write its six hexadecimal digits" in found.sentence

@@ -23,6 +23,9 @@ _FLUSH = "multiradar/v1/flush"
 _RETRY_LATER = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_READY", "BUSY"})
 
 
+_UNREACHABLE = "Unable to connect"
+
+
 class ZenohDestination:
     """A service that answers queries on the measurement keys.
 
@@ -48,7 +51,10 @@ class ZenohDestination:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            msg = f"zenoh:{endpoint}: no connection ({first_line(error)}); {NOT_RUNNING}"
+            # The text of a failed attempt is about threads and locators of Zenoh.
+            line = first_line(error)
+            why = "" if _UNREACHABLE in line else f" ({line})"
+            msg = f"zenoh:{endpoint}: no connection{why}; {NOT_RUNNING}"
             raise PeerError(msg) from error
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:

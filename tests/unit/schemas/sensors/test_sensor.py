@@ -118,6 +118,10 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nprior = 0.05',
             "bias.range_gain does not apply to the adsb x; remove it",
         ),
+        (
+            RADAR.replace("radar", "adsb") + "[sensor.bias.range_gain]\nprior = 0.05",
+            'does not apply to the adsb a; remove it, or write kind = "radar"',
+        ),
         ("[[sensor]", "not valid TOML: "),
         ("[[sensor]]\nlatitude_deg = 46,4247\n", "; write 46.4247 for 46,4247"),
         (
