@@ -190,6 +190,12 @@ def test_replay_sorts_a_recording_and_reports_unknown_sensors(
             f": 77-7 ({ROWS:,}); their measurements were rejected; start the service with the "
             "sensors file of the recording\n".replace(",", " ")
         )
+        times = tmp_path / "milliseconds.parquet"
+        frame.with_columns(pl.col("time_s") * 1e3 + 1e12).write_parquet(times)
+        rejected = command("replay", times, "--to", served.http, "--speed", "max", "--no-flush")
+        assert rejected.returncode == 1
+        assert "; the first: time_s: expected " in rejected.stderr
+        assert "(milliseconds?)" in rejected.stderr
         counts = _replay(backwards, "--to", served.http)
         assert (counts["accepted"], counts["rejected"]) == (ROWS, 0)
         assert served.status()["output_sha256"] == expected

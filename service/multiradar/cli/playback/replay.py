@@ -189,12 +189,17 @@ def replay(
         )
     if counts.rejected == counts.read:
         codes = counts_by_code(counts.rejected_by_code)
-        msg = f"none of {counts.read} measurements were accepted: {codes}"
+        msg = f"none of {counts.read} measurements were accepted: {codes}{_first(play.reasons)}"
         if not findings:
             raise InputError(msg)
         findings.append(msg)
     if findings:
         raise FindingsError(findings, counts)
+
+
+# Why the first of them was rejected, if all were for one reason.
+def _first(reasons: "Mapping[str, str]") -> str:
+    return f"; the first: {next(iter(reasons.values()))}" if len(reasons) == 1 else ""
 
 
 # Lines of a dump that were never sent.
@@ -212,8 +217,15 @@ _LATE_MAX = 0.05
 def _unknown_sensors(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:
     # Imported here: help must be fast.
     from multiradar.diagnosis.names import counted, listed
+    from multiradar_schemas.documents.names import nearest
 
-    names = listed([f"{name} ({counted(count)})" for name, count in sorted(unknown.items())])
+    names = listed(
+        [
+            f"{name} ({counted(count)}{'; did you mean ' + near + '?' if near else ''})"
+            for name, count in sorted(unknown.items())
+            for near in [nearest(name, configured)]
+        ]
+    )
     has = f", which has {listed(configured)}" if configured else ""
     return (
         f"the recording contains sensors that are not configured in the service{has}: {names}; "

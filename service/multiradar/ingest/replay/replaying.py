@@ -51,6 +51,8 @@ class Answer:
     codes: Mapping[str, int] = field(default_factory=dict)
     #: Indices of rows whose sensor is not configured in the service.
     unknown: tuple[int, ...] = ()
+    #: Reason of the first rejected row by code.
+    reasons: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> "Answer":
@@ -72,6 +74,11 @@ class Answer:
                 for row in rejected
                 if row.get("code") == RejectCode.UNKNOWN_SENSOR
             ),
+            reasons={
+                str(row["code"]): str(row["reason"])
+                for row in reversed(rejected)
+                if "code" in row and "reason" in row
+            },
         )
 
 
@@ -180,6 +187,8 @@ class Replay:
         Called with a message when waiting for the service starts, changes or ends.
     sensor_ids : set of str
         Sensors of the measurements sent so far.
+    reasons : dict
+        Reason of the first rejected measurement by code.
     """
 
     recording: Recording
@@ -191,6 +200,7 @@ class Replay:
     on_wait: Callable[[str], None] = lambda _sentence: None
     counts: ReplayCounts = field(default_factory=ReplayCounts)
     sensor_ids: set[str] = field(default_factory=set)
+    reasons: dict[str, str] = field(default_factory=dict)
     _answered: bool = False
 
     def run(self) -> ReplayCounts:
@@ -290,6 +300,7 @@ class Replay:
         for code, rows_rejected in answer.codes.items():
             known = counts.rejected_by_code.get(code, 0)
             counts.rejected_by_code[code] = known + rows_rejected
+        self.reasons = {**answer.reasons, **self.reasons}
         unconfigured = batch.frame["sensor_id"].gather(list(answer.unknown)).to_list()
         for name, rows_rejected in Counter(map(str, unconfigured)).items():
             known = counts.unknown_sensors.get(name, 0)

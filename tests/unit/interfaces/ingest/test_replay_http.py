@@ -150,11 +150,15 @@ def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:
     problem = {
         "title": "none",
         "accepted": 0,
-        "rejected": [{"code": "OUT_OF_RANGE"}, {"code": "OUT_OF_RANGE"}],
+        "rejected": [
+            {"code": "OUT_OF_RANGE", "reason": "time_s: expected seconds (milliseconds?)"},
+            {"code": "OUT_OF_RANGE", "reason": "time_s: another"},
+        ],
         "duplicate": False,
     }
     answer = _service(httpx.Response(422, json=problem)).send(_batch(), "k")
     assert answer == Answer(0, 2, False, {"OUT_OF_RANGE": 2})
+    assert answer.reasons == {"OUT_OF_RANGE": "time_s: expected seconds (milliseconds?)"}
 
 
 @pytest.mark.parametrize("status", [400, 409, 413, 415, 422])
