@@ -1,6 +1,7 @@
 """The Zenoh interface of the service."""
 
 import json
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +22,8 @@ from multiradar.ingest.zenoh.queries import Answers
 from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.live.readiness import ZENOH_LOST, Reason
 from multiradar.runtime.ports import OperatedSink, View
+
+_log = logging.getLogger(__name__)
 
 #: Threads that send answers; a querier that does not read occupies one for some seconds.
 _ANSWER_THREADS = 4
@@ -243,9 +246,34 @@ class ZenohGateway:
 
     def _publish_status(self) -> None:
         published_s, alarms = float("-inf"), 0
+        links = _Links()
         while not self._stopping.wait(_ALARM_PERIOD_S):
             now_s = self._clock.monotonic_s()
             due = now_s - published_s >= self._options.status_period_s
             if (due or self.counts.alarm_count != alarms) and self._bus is not None:
                 alarms, published_s = self.counts.alarm_count, now_s
+                links.observe(self._bus.unreachable, due=due)
                 self._bus.put(STATUS, self._status(), b"")
+
+
+# Endpoints without a link, in the log: a link that is missing at two checks in turn is not about to
+# be made.
+class _Links:
+    def __init__(self) -> None:
+        self._missing: frozenset[str] = frozenset()
+        self._logged: frozenset[str] = frozenset()
+
+    def observe(self, unreachable: Sequence[str], *, due: bool) -> None:
+        if not due:
+            return
+        now = frozenset(unreachable)
+        lasting, self._missing = now & self._missing, now
+        if lasting - self._logged:
+            _log.warning(
+                "no Zenoh link to %s; still retrying; check zenoh.connect (--zenoh-connect), and "
+                "whether a router or peer listens there",
+                ", ".join(sorted(lasting)),
+            )
+        if self._logged - now:
+            _log.info("Zenoh link to %s", ", ".join(sorted(self._logged - now)))
+        self._logged = (self._logged & now) | lasting

@@ -73,6 +73,20 @@ def test_a_lost_router_is_a_reason_not_to_be_ready(scene: Scene) -> None:
     assert "tcp/router:7447" in reason.text
 
 
+def test_a_router_that_is_not_reached_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", logger="multiradar")
+    running = Scene(ZenohOptions(status_period_s=0.05))
+    running.bus.unreachable = ("tcp/router:7447",)
+    running.gateway.start()
+    wait_until(lambda: "no Zenoh link to tcp/router:7447; still" in caplog.text, "the warning")
+    sent = len(running.bus.sent)
+    wait_until(lambda: len(running.bus.sent) > sent + 3, "further status")
+    assert caplog.text.count("no Zenoh link") == 1
+    running.bus.unreachable = ()
+    wait_until(lambda: "Zenoh link to tcp/router:7447\n" in caplog.text, "the warning")
+    running.gateway.stop()
+
+
 def test_a_sample_becomes_a_submission_under_its_key(scene: Scene) -> None:
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", b"batch-7"))
     (submission,) = scene.service.submissions
