@@ -4,6 +4,7 @@ The rows are made as those of mistakes_catalogue.py; `VALUE_MISTAKES` goes after
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
 import polars as pl
 
@@ -17,6 +18,7 @@ from validation.mistakes.mistake import (
     TIME,
     TRACK,
     Mistake,
+    Sample,
     dump,
     plots,
     settings,
@@ -48,6 +50,30 @@ def _edited(column: str, change: Callable[[float], str]) -> Callable[[Rows], Row
 
 def _with_an_empty_field(rows: Rows) -> Rows:
     return [rows[0], *([*row, ""] for row in rows[1:])]
+
+
+# Seconds of the day in the digits of a clock.
+def _as_digits(seconds: float) -> str:
+    minutes, second = divmod(seconds, 60.0)
+    return f"{minutes // 60:02.0f}{minutes % 60:02.0f}{second:06.3f}"
+
+
+def _with_ranges_as_azimuths(rows: Rows) -> Rows:
+    first, later = rows[0].index("range"), rows[0].index("azimuth")
+    for row in rows[1:]:
+        try:
+            row[first], row[later] = row[later], f"{float(row[first]) / 1e3:.4f}"
+        except (ValueError, IndexError):
+            continue
+    return rows
+
+
+def _with_profile(text: str) -> Callable[[Sample, Path], None]:
+    def made(sample: Sample, folder: Path) -> None:
+        dump()(sample, folder)
+        (folder / "profile.toml").write_text(text, encoding="utf-8")
+
+    return made
 
 
 VALUE_MISTAKES: tuple[Mistake, ...] = (
@@ -185,5 +211,26 @@ VALUE_MISTAKES: tuple[Mistake, ...] = (
         TRACK,
         message=("adsb: its positions are probably displaced by 19.9 km north",),
         sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: times of plots.txt as HHMMSS",
+        dump(plots=_edited("time", _as_digits)),
+        CONVERT,
+        message=("26-10: its times are probably hours, minutes and seconds as one number",),
+        sensors=_RADARS,
+    ),
+    Mistake(
+        "convert: swapped columns of azimuths and ranges in km",
+        dump(plots=_with_ranges_as_azimuths),
+        CONVERT,
+        message=("26-10: its range and azimuth columns are probably swapped: its ranges advance",),
+        sensors=_RADARS,
+    ),
+    Mistake(
+        "convert: a profile with azimuths in radians for degrees",
+        _with_profile('[units]\nazimuth = "radian"\n'),
+        (*CONVERT, "--profile", "profile.toml"),
+        message=("was '13.8440' (times 57.2958 by [units] of the profile)", "correct the unit"),
+        sensors=(),
     ),
 )

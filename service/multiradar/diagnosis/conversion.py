@@ -20,6 +20,7 @@ from multiradar.diagnosis.cross_sensor.explanations import BEYOND_MAX, CIRCLE_MA
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
     EXCHANGED,
+    EXCHANGED_UNITS,
     MIRRORED,
     RANGE_UNITS,
     RARE_RANGE_UNITS,
@@ -64,10 +65,13 @@ from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.single_sensor.steps import check_rounded, check_wrapped
 from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar_converters.vid.text.lines import BY_PROFILE
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import Sensor
 
-_READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, *RARE_RANGE_UNITS)
+_READINGS = (
+    *RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, *EXCHANGED_UNITS, MIRRORED, *RARE_RANGE_UNITS
+)  # fmt: skip
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
 #: Code of a file of which many records were rejected.
@@ -117,6 +121,9 @@ def diagnose_conversion(
     """
     cut = check_truncation(measurements, report) or check_last_lines(report)
     rejected = list(_rejected(report, measurements.parent / REJECTS_FILE))
+    if any(BY_PROFILE in one.sentence for one in rejected):
+        # The few values that remain fit other units by chance.
+        return rejected
     found = [*rejected, *cut]
     sources = _sources(measurements)
     if not sources:
@@ -245,12 +252,17 @@ def _rejected(report: Mapping[str, Any], rejects: Path) -> Iterator[Diagnosis]:
         codes = _files(report).get(one["file"], {}).get("rejected_by_code", {})
         rejected -= codes.get(RejectCode.DUPLICATE, 0)
         if read >= READ_MIN and rejected > LOST_MAX * read:
+            first = _first(rejects, one["file"])
+            check = (
+                "correct the unit in the profile"
+                if BY_PROFILE in first
+                else "check the file format, the order of the columns and the units"
+            )
             yield Diagnosis(
                 "",
                 RECORDS_CODE,
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
-                f"rejected{_first(rejects, one['file'])}; rejects.ndjson gives the reason for "
-                "each: check the file format, the order of the columns and the units",
+                f"rejected{first}; rejects.ndjson gives the reason for each: {check}",
             )
         elif octets and octets[one["file"]]["quarantined"] > QUARANTINED_MAX * one["bytes"]:
             # Octets between damaged blocks are one reject, however many.

@@ -15,6 +15,8 @@ from multiradar_schemas.documents.names import PER_SECOND
 TIMES_APART, TIME_UNIT = "times_apart", "time_unit"
 #: Sensors of one recording start and end within this, s.
 _TOGETHER_S = 60.0
+#: Times as HHMMSS: plots, the span of the numbers, and how many of the 60 seconds have a plot.
+_DIGITS_MIN, _DIGITS_SPAN, _DIGITS_SECONDS = 100, 200.0, 30
 _NAMES = ("mode_s_address", "track_number", "mode_3a")
 #: A radar is anywhere: distances between its plots do not depend on its site.
 _SITE = (0.0, 0.0, 0.0)
@@ -47,7 +49,10 @@ _APART_M, _USUAL_TIMES = 20_000.0, 15
 
 
 def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    """Return the sources that have no time in common with most others, by name."""
+    """Return sources with times as HHMMSS, else those without a time in common with most others."""
+    digits = [name for name in sorted(sources) if _are_digits(sources[name])]
+    if digits:
+        return [_of_digits(name) for name in digits]
     groups = _groups(sources)
     if len(groups) < 2:
         return []
@@ -69,6 +74,31 @@ def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
         _times_differ(name, first_and_last(sources, [name]), rest)
         for name in sorted(one for names in groups if names is not most for one in names)
     ]
+
+
+# Whether the digits of times are those of hours, minutes and seconds: none has 60 to 99 seconds or
+# minutes. Days before it may have been added.
+def _are_digits(source: Source) -> bool:
+    time_s = source.plots()["time_s"].to_numpy()
+    whole = np.floor(time_s[np.isfinite(time_s)])
+    if len(whole) < _DIGITS_MIN or not np.ptp(whole) >= _DIGITS_SPAN:
+        return False
+    for days in range(3):
+        value = whole - DAY_S * (np.floor(whole.min() / DAY_S) - days)
+        seconds, minutes = value % 100.0, value // 100.0 % 100.0
+        if (seconds < 60.0).all() and (minutes < 60.0).all() and value.max() < 240_000.0:
+            return len(np.unique(seconds)) >= _DIGITS_SECONDS
+    return False
+
+
+def _of_digits(name: str) -> Diagnosis:
+    return Diagnosis(
+        name,
+        TIME_UNIT,
+        f"{name}: its times are probably hours, minutes and seconds as one number (HHMMSS): none "
+        "has 60 to 99 in the last two digits of its seconds of the day, or in the two before; "
+        "convert them to seconds",
+    )
 
 
 # Whether times are seconds since 1970: those without a date or in another unit are wrong.
@@ -105,7 +135,7 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
     jumped = {
         name: source
         for name, source in sources.items()
-        if source.gap_s >= GAP_MAX_S and source.first_s < _UNIX_MAX_S
+        if source.gap_s >= GAP_MAX_S and source.first_s < _UNIX_MAX_S and not _are_apart(source)
     }
     if not jumped:
         return []
@@ -119,6 +149,12 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
         _jump(name, jumped[name] if name else _longest(jumped), positions=positions)
         for name in names
     ]
+
+
+# Whether all measurements are far apart, as times in another unit are.
+def _are_apart(source: Source) -> bool:
+    times = np.sort(source.plots()["time_s"].drop_nulls().to_numpy())
+    return len(times) > _DIGITS_MIN and float(np.median(np.diff(times))) >= GAP_MIN_S
 
 
 # Whether times of day begin again at midnight.

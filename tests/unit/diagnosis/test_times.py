@@ -27,6 +27,34 @@ def test_times_of_one_source_in_another_unit_are_named(factor: float, unit: str)
     assert found.sentence.startswith(f"c: its times are probably in {unit}: ")
 
 
+def of_times(*time_s: float) -> Source:
+    made, names = Source(), {name: pl.lit(None).alias(name) for name in COLUMNS}
+    frame = pl.DataFrame({"time_s": time_s}).with_columns(
+        one for name, one in names.items() if name != "time_s"
+    )
+    made.add(frame.select(COLUMNS))
+    return made
+
+
+@pytest.mark.parametrize("day_s", [0.0, START_S - START_S % 86_400.0])
+@pytest.mark.parametrize("start_s", [28_800.0, 43_000.0, 80_000.0])
+def test_times_as_hours_minutes_and_seconds_are_named(day_s: float, start_s: float) -> None:
+    seconds = [start_s + 1.7 * number for number in range(500)]
+    digits = [
+        day_s + 10_000.0 * (one // 3600) + 100.0 * (one % 3600 // 60) + one % 60 for one in seconds
+    ]
+    right = of_times(*(day_s + one for one in seconds))
+    (found,) = check_times({"a": right, "b": of_times(*digits)})
+    assert (found.sensor_id, found.code) == ("b", "time_unit")
+    assert "as one number (HHMMSS)" in found.sentence
+
+
+def test_times_that_are_rarely_measured_are_no_digits() -> None:
+    assert check_times({"a": of_times(*(28_800.0 + 100.0 * number for number in range(30)))}) == []
+    within = [28_800.0 + 100.0 * number + second for number in range(9) for second in range(12)]
+    assert check_times({"a": of_times(*within)}) == []
+
+
 @pytest.mark.parametrize(("start_s", "found"), [(START_S, 1), (1e3 * START_S, 0)])
 def test_times_in_another_unit_have_no_gaps_in_hours(start_s: float, found: int) -> None:
     assert len(check_gaps({"a": source(start_s, start_s + 2e5, gap_s=1e5)})) == found

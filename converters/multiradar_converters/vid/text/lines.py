@@ -10,6 +10,8 @@ from multiradar_converters.vid.text.layout import BLANK, FileLayout
 from multiradar_schemas.documents.names import time_unit
 from multiradar_schemas.reject import RejectCode
 
+#: Said of values that a profile converts: its unit may be the wrong one.
+BY_PROFILE = "by [units] of the profile"
 _DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NON_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _WHOLE = re.compile(rb"[0-9]{1,10}")
@@ -213,6 +215,8 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         # The smallest positive number is the limit of "above 0".
         lowest = f"{low:.9g} to" if low <= 0.0 or low > 1e-300 else "above 0, at most"
         reason = f"{name}: expected {lowest} {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
+        if layout.scale[role] != 1.0:
+            reason += f" (times {layout.scale[role]:.6g} {BY_PROFILE})"
         if role == fields.TIME and value > high:
             reason += time_unit(value) or " (milliseconds?)"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason)

@@ -115,6 +115,20 @@ EXCHANGED = Reading(
     "the two columns swapped",
     "swap range_m and azimuth_deg",
 )
+
+
+def _exchanged(name: str, metres: float) -> Reading:
+    return Reading(
+        EXCHANGED.code,
+        lambda ranges, azimuths: (azimuths * metres, np.radians(ranges)),
+        f"{EXCHANGED.mistake}, with ranges in {name}",
+        f"{EXCHANGED.with_it}, and ranges interpreted as {name}",
+        f"{EXCHANGED.remedy}, and convert the ranges to metres",
+    )
+
+
+#: Ranges below 360 in these units are no impossible azimuths.
+EXCHANGED_UNITS = (_exchanged("kilometres", 1e3), _exchanged("nautical miles", NAUTICAL_MILE_M))
 MIRRORED = Reading(
     "azimuth_anticlockwise",
     lambda ranges, azimuths: (ranges, -np.radians(azimuths)),
@@ -200,6 +214,7 @@ READINGS = (
     DOUBLED,
     *AZIMUTH_UNITS,
     EXCHANGED,
+    *EXCHANGED_UNITS,
     MATHEMATICAL,
     MIRRORED,
     ROTATED,

@@ -75,7 +75,24 @@ def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
                 f"{names[0]}s reach {np.nanmax(small):.1f}, {names[1]}s "
                 f"{np.nanmax(large):.1f}; swap {first} and {second}",
             )
-    return None
+    return _exchanged_by_rotation(name, plots)
+
+
+# Ranges in kilometres or nautical miles are possible azimuths, but do not advance with the antenna.
+def _exchanged_by_rotation(name: str, plots: Plots) -> Diagnosis | None:
+    plots = plots.select(np.isfinite(plots.range_m) & np.isfinite(plots.azimuth_deg))
+    if plots.size < TESTED_MIN or plots.range_m.max() > 360.0:
+        return None
+    found = rotation(plots.time_s, np.radians(plots.range_m))
+    if not _closer(found, rotation(plots.time_s, np.radians(plots.azimuth_deg)), plots.time_s):
+        return None
+    return Diagnosis(
+        name,
+        "columns_exchanged",
+        f"{name}: its range and azimuth columns are probably swapped: its ranges advance steadily, "
+        f"like azimuths, by one revolution in {abs(found.period_s):.2f} s; swap range_m and "
+        "azimuth_deg, and convert the ranges to metres",
+    )
 
 
 def check_azimuth_unit(name: str, plots: Plots, configured_s: float = np.nan) -> Diagnosis | None:

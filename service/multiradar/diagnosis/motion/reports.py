@@ -227,7 +227,9 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
         and _CRUISE_MPS < speed <= SPEED_MAX_MPS
         and aircraft >= _LOW_AIRCRAFT_MIN
     ):
-        remedy = "convert them to feet, or rename the column altitude_m"
+        remedy = (
+            "convert them to feet, or rename the column altitude_m (height in [units] of a profile)"
+        )
         return _unit_of_heights(name, "metres in a column of feet", why, remedy)
     return check_vertical_rates(name, plots.time_s, plots.height_m, _names(plots))
 

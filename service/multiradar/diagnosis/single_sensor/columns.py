@@ -12,6 +12,7 @@ from multiradar.diagnosis.losses import SAME_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted, listed
 from multiradar.diagnosis.plots import CONSPICUITY, Floats, Plots
+from multiradar.diagnosis.scans import coherence_at
 from multiradar_schemas.documents.names import PER_SECOND
 
 #: Times in the unit, per second, and its name.
@@ -20,6 +21,12 @@ TIME_UNITS = PER_SECOND | {"minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0, "days":
 _UNIX_MAX_S = 1e11
 #: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
 SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
+#: Coherence of azimuths and times in the right unit, at least, also among clutter; in another unit
+#: it is at most half of it.
+_STEADY_MIN = 0.4
+#: Largest azimuth of plots in most directions, degrees, and scans that show a rotation, at least.
+_WHOLE_CIRCLE_DEG = 180.0, 360.5
+_SCANS_MIN = 3.0
 #: Tolerance of a ratio of scan periods: missed detections lengthen the median.
 _RATIO_WITHIN = 0.05
 #: Resolutions of times that are too coarse, s, and plots that show one.
@@ -98,6 +105,29 @@ def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | Non
             why = (
                 f"the plots of an aircraft are {between_s:{form}} apart, but rotation_period_s is "
                 f"{period_s:g} in the sensors file"
+            )
+            return _of_time_unit(name, unit, why)
+    return _by_rotation(name, plots, period_s)
+
+
+# Plots that name no aircraft: the unit in which the azimuths advance at the configured period.
+def _by_rotation(name: str, plots: Plots, period_s: float) -> Diagnosis | None:
+    azimuth = np.radians(plots.azimuth_deg)
+    # Azimuths in another unit do not advance in any unit of times.
+    whole = _WHOLE_CIRCLE_DEG[0] <= np.max(plots.azimuth_deg) <= _WHOLE_CIRCLE_DEG[1]
+    if not (whole and period_s > 0.0):
+        return None
+    if coherence_at(plots.time_s, azimuth, period_s) >= _STEADY_MIN / 2.0:
+        return None
+    for unit, factor in TIME_UNITS.items():
+        time_s = plots.time_s / factor
+        # Within a part of a scan, azimuths in one direction are steady.
+        if np.ptp(time_s) < _SCANS_MIN * period_s:
+            continue
+        if coherence_at(time_s, azimuth, period_s) >= _STEADY_MIN:
+            why = (
+                f"its azimuths advance by one revolution in {period_s:g} s, rotation_period_s in "
+                f"the sensors file, with times interpreted as {unit}"
             )
             return _of_time_unit(name, unit, why)
     return None

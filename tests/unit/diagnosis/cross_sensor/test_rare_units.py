@@ -79,3 +79,19 @@ def test_plots_of_all_radars_under_one_name_are_named() -> None:
 def test_times_of_one_radar_in_hours_or_days_are_named(time_s: pl.Expr, words: str) -> None:
     (found,) = recording().changed(NAME, time_s=time_s).diagnosed()
     assert found.sentence.startswith(f"{NAME}: its times are probably {words}")
+
+
+@pytest.mark.parametrize("unit_m", [1000.0, 1852.0])
+@pytest.mark.parametrize("alone", [True, False])
+def test_swapped_columns_with_ranges_in_other_units_are_named(
+    unit_m: float, *, alone: bool
+) -> None:
+    one = recording()
+    one = one.only(NAME) if alone else one
+    changed = one.changed(
+        NAME, range_m=pl.col("azimuth_deg"), azimuth_deg=pl.col("range_m") / unit_m
+    )
+    (found,) = changed.diagnosed()
+    assert (found.sensor_id, found.code) == (NAME, "columns_exchanged")
+    assert "its range and azimuth columns are probably swapped" in found.sentence
+    assert found.sentence.endswith("convert the ranges to metres")

@@ -84,6 +84,17 @@ def test_times_in_another_unit_are_named_by_the_scan_period(unit: str, factor: f
     ]
 
 
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("milliseconds", 1e3), ("microseconds", 1e6), ("minutes", 1.0 / 60.0)]
+)
+def test_times_of_plots_without_numbers_are_named_by_the_rotation(unit: str, factor: float) -> None:
+    """Times of day in another unit, of a radar alone."""
+    one = recording(named=False).only(NAME)
+    found = one.changed(NAME, time_s=factor * (TIME - START_S + 36_000.0)).diagnosed()
+    assert [(one.sensor_id, one.code) for one in found] == [(NAME, "time_unit")]
+    assert f"probably in {unit}: its azimuths advance by one revolution" in found[0].sentence
+
+
 @pytest.mark.parametrize(("factor", "word"), [(0.5, "half"), (2.0, "twice")])
 def test_ranges_of_the_way_there_and_back_are_named(factor: float, word: str) -> None:
     """Regression: half the ranges ended the run with an internal error."""
