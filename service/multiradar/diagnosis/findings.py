@@ -31,10 +31,9 @@ from multiradar.diagnosis.cross_sensor.heights import (
 )
 from multiradar.diagnosis.cross_sensor.hypotheses import MIRRORED
 from multiradar.diagnosis.cross_sensor.identities import (
-    check_contradiction,
     check_one_code,
-    check_other_rows,
     check_split_radars,
+    check_unexplained,
 )
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
@@ -237,7 +236,11 @@ def _check_against_others(
         seen[number] = comparison.agreement(number, pairs), pairs
     # Positions by wrong heights disturb all other comparisons.
     levels = check_height_levels(comparison, {one: seen[one][1] for one in numbers}, names)
-    return levels or _check_places(evidence, comparison, numbers, seen)
+    if any(one.severity == "error" for one in levels):
+        return levels
+    places = _check_places(evidence, comparison, numbers, seen)
+    named = {one.sensor_id for one in places}
+    return [*places, *(one for one in levels if one.sensor_id not in named)]
 
 
 # Sites, clocks and units by the positions of the same aircraft.
@@ -288,7 +291,7 @@ def _check_places(
         for one in _instead_of_gain(comparison, error, number, against(number, placed))
     ]
     valid = [one for one in suspects if _is_valid(evidence, names[one])]
-    found = found or _of_rows(comparison, valid, trusted, names)
+    found = found or check_unexplained(comparison, valid, trusted, names)
     trusted = [one for one in trusted if one not in misplaced]
     by_number = {
         one: _check_agreeing(evidence.sensors, comparison, one, against(one, trusted))
@@ -367,27 +370,6 @@ def _explain_suspects(
 def _is_valid(evidence: Evidence, name: str) -> bool:
     source = evidence.sources[name]
     return source.rejected.total() <= loss_checks.LOST_MAX * source.read
-
-
-# Radars whose disagreement no other error explains.
-def _of_rows(
-    comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
-) -> list[Diagnosis]:
-    of_rows = [
-        check_other_rows(
-            comparison,
-            number,
-            names[number],
-            comparison.pairs(number, trusted or suspects),
-            trusted=len(trusted),
-        )
-        for number in suspects
-        if comparison.is_radar(number)
-    ]
-    found = [one for one in of_rows if one is not None]
-    if found or trusted or len(suspects) != 2:
-        return found
-    return check_contradiction(comparison, suspects[0], suspects[1], names)
 
 
 _MAY_BE_EITHER = (

@@ -1,5 +1,6 @@
 """Identities that are the same for all aircraft of a sensor, or not those of its aircraft."""
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -203,6 +204,54 @@ def _nearest_s(plots: Plots, others: Plots, key: int) -> Floats:
     )
     apart = (joined["time_s"] - joined["there_s"]).abs().drop_nulls()
     return apart.to_numpy()
+
+
+def check_unexplained(
+    comparison: Comparison, suspects: Sequence[int], trusted: Sequence[int], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    """Return what is wrong with sensors whose disagreement no other error explains.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    suspects, trusted : sequence of int
+        Sensors that agree with no other, and those that agree with each other.
+    names : tuple of str
+        Names of the sensors.
+    """
+    found = []
+    for number in suspects:
+        pairs = comparison.pairs(number, trusted or suspects)
+        found.append(
+            check_other_rows(comparison, number, names[number], pairs, trusted=len(trusted))
+            if comparison.is_radar(number)
+            else _check_elsewhere(comparison, number, names[number], pairs, trusted=len(trusted))
+        )
+    known = [one for one in found if one is not None]
+    if known or trusted or len(suspects) != 2:
+        return known
+    return check_contradiction(comparison, suspects[0], suspects[1], names)
+
+
+# Positions of aircraft that others, which agree with each other, detect elsewhere.
+def _check_elsewhere(
+    comparison: Comparison, number: int, name: str, pairs: Pairs, *, trusted: int
+) -> Diagnosis | None:
+    share = comparison.agreement(number, pairs).share
+    compared = len(np.unique(pairs.plot))
+    if trusted < 2 or not are_named(pairs) or compared < TESTED_MIN or share >= UNEXPLAINED_MAX:
+        return None
+    own_m = comparison.tested_positions(number)[pairs.plot]
+    apart_km = float(np.median(np.linalg.norm(own_m - pairs.position_m, axis=1))) / 1e3
+    return Diagnosis(
+        name,
+        "positions_elsewhere",
+        f"{name}: only {share:.0%} of its positions lie where other sensors detect the same "
+        f"aircraft (they are {apart_km:.0f} km apart, median), and no single displacement, sign, "
+        "unit or clock explains this: probably of another recording, or with the identities of "
+        "other aircraft; check which recording it is from",
+    )
 
 
 def check_other_rows(

@@ -36,6 +36,7 @@ _TAXI_MPS, _APART_S = 30.0, (10.0, 60.0)
 #: `multiradar simulate` gives this height to all aircraft on a plane, m.
 _PLANE_HEIGHT_M = 9000.0
 OFFSET_CODE = "height_offset"
+HEIGHTS_MISSING_CODE = "heights_missing"
 
 
 class _Offset(NamedTuple):
@@ -156,7 +157,7 @@ def _with_heights(comparison: Comparison, pairs: Pairs, varied: list[int]) -> li
 def _missing(name: str, radars: list[str]) -> Diagnosis:
     return Diagnosis(
         name,
-        "heights_missing",
+        HEIGHTS_MISSING_CODE,
         f"{name}: its heights may be lost: none of its positions has one, although "
         f"{listed(radars)} report{'s' if len(radars) == 1 else ''} heights for the same aircraft; "
         "fill height_m with the reported heights, if the source has them",

@@ -1,6 +1,6 @@
 """`multiradar track --reference`: system tracks of another processor as a reference."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import polars as pl
     from pydantic import JsonValue
 
+    from multiradar.diagnosis.model import Diagnosis
     from multiradar.evaluation.bias_reference import ReferenceCounts
     from multiradar.storage.recording import Recording
     from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
@@ -57,6 +58,16 @@ class BiasReference:
         if not self.added:
             return sensors
         return sensors.model_copy(update={"sensor": (*sensors.sensor, self.sensor)})
+
+    def without_heights(self, found: "Sequence[Diagnosis]") -> "list[Diagnosis]":
+        """Return diagnoses but that of its heights, which are left out of its positions."""
+        from multiradar.diagnosis.same_aircraft.height_levels import HEIGHTS_MISSING_CODE
+
+        return [
+            one
+            for one in found
+            if one.sensor_id != self.sensor.id or one.code != HEIGHTS_MISSING_CODE
+        ]
 
     def append_to(self, file: Path) -> None:
         """Append the sensor to a `sensors.toml` that lacks it."""

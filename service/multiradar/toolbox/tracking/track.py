@@ -197,6 +197,8 @@ def _run(
         result = _track(job, folder, recorder, stages, custom)
         result.warnings += missing_periods(job.recording, table) + referenced.sentences(tracks)
         result.reference = referenced.figures()
+        if tracks is not None:
+            result.diagnoses = tracks.without_heights(result.diagnoses)
         found = result.read - recording.rejected_by_code(job.kinds).total()
         check_found(found, request.kinds, given.measurements_name)
         result.diagnoses += dump_diagnoses(recording, job.kinds, result.diagnoses)

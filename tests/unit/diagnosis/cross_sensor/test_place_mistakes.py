@@ -76,6 +76,21 @@ def test_reports_displaced_by_kilometres_are_named(north_m: float) -> None:
     assert course.startswith("north" if north_m > 0.0 else "south")
 
 
+@pytest.mark.parametrize("heights", [True, False])
+def test_reports_of_another_area_are_named(*, heights: bool) -> None:
+    one = with_reports(recording(positions=True))
+    if not heights:
+        one = one.changed("adsb", height_m=pl.lit(None, pl.Float64))
+        assert one.codes() == [("adsb", "heights_missing")]
+    latitude, longitude = pl.col("latitude_deg"), pl.col("longitude_deg")
+    (found,) = one.changed(
+        "adsb", latitude_deg=latitude - 20.0, longitude_deg=longitude + 7.0
+    ).diagnosed()
+    assert (found.sensor_id, found.code) == ("adsb", "positions_elsewhere")
+    assert "only 0% of its positions lie where other sensors detect the same" in found.sentence
+    assert "probably of another recording" in found.sentence
+
+
 def test_reports_that_contradict_one_radar_are_not_displaced() -> None:
     one = with_reports(recording(positions=True)).only(NAME, "adsb")
     site = RADARS[NAME][0][0] + 20_000.0 / METRES_PER_DEGREE
