@@ -5,16 +5,19 @@ of hundreds of radars each would have too few. An error of a radar shows in the 
 neighbours and with ADS-B, so a group of neighbours determines it as well as all radars would.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
 from multiradar.diagnosis.cross_sensor.references import Pairs
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
 #: Radars in one fit, at most.
 GROUP_MAX = 16
+#: Radars closer together than this share a site, m.
+ONE_SITE_M = 100.0
 
 Compared = Mapping[int, tuple[Agreement, Pairs]]
 
@@ -74,3 +77,21 @@ def _within(comparison: Comparison, compared: Compared, group: list[int]) -> Com
         others = [one for one in radars if one not in group]
         found[number] = agreement, pairs.select(~np.isin(pairs.source, others))
     return found
+
+
+def sites_of(comparison: Comparison, radars: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return every radar alone, and the radars that share a site.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    radars : sequence of int
+        Rows of the table of sensors.
+    """
+    where = {one: geodetic_to_ecef(*comparison.site(one)) for one in radars}
+    found: dict[tuple[int, ...], None] = {(one,): None for one in radars}
+    for here in where.values():
+        near = [one for one in radars if np.linalg.norm(where[one] - here) <= ONE_SITE_M]
+        found[tuple(near)] = None
+    return list(found)

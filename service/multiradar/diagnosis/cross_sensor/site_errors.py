@@ -31,6 +31,7 @@ from multiradar.diagnosis.cross_sensor.effects import (
     SiteError,
     effects_at,
 )
+from multiradar.diagnosis.cross_sensor.radar_groups import sites_of
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
 from multiradar.diagnosis.cross_sensor.registration import TIME_MIN_S
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit, with_usual_offsets
@@ -57,13 +58,14 @@ POSITIONS_LEAST_M = 75.0
 SIGMAS = 8.0
 #: Aircraft and pairs that an error needs; pairs in a fit, at most.
 AIRCRAFT_MIN, PAIRS_MIN, PAIRS_MAX = 12, 60, 6_000
+#: ... and a displacement of so many standard deviations that leaves this fraction of the residuals:
+#: helicopters are few.
+FEW_AIRCRAFT_MIN, FEW_SIGMAS, FEW_LEFT_MAX = 5, 40.0, 0.5
 #: An error whose improvement of the fit is within this fraction of the best is as likely.
 ALIKE = 0.05
 #: Radars are mostly adjusted to 250 m and 0.25°: an error is seven times less likely if the offsets
 #: beside it have a sum of squares that is larger by this, in units of 500 m and 0.5° (`_OFFSETS`).
 OFFSETS_MORE = 1.0
-#: Radars closer together than this share a site, m.
-ONE_SITE_M = 100.0
 #: Number of errors found in one run, at most.
 ERRORS_MAX = 3
 #: Larger differences of two positions are those of other aircraft, m.
@@ -136,7 +138,7 @@ class JointFit:
             return []
         radars = np.unique(self._rows.own).tolist()
         with_gain = [one for one in radars if self._is_given(one, PARAMETER_RANGE_GAIN)]
-        candidates = [(SHIFT, one) for one in _sites(self._comparison, radars)]
+        candidates = [(SHIFT, one) for one in sites_of(self._comparison, radars)]
         candidates += [(SHIFT, (one,)) for one in self._reporting()]
         candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
         candidates += [(SCALE, (one,)) for one in radars]
@@ -338,7 +340,9 @@ def _error(
     kind, radars = candidate
     about = np.isin(rows.own, radars) != np.isin(rows.pairs.source, radars)
     used = about & fit.used
-    if np.count_nonzero(used) < PAIRS_MIN or _aircraft(rows, used) < AIRCRAFT_MIN:
+    aircraft = _aircraft(rows, used)
+    few = aircraft < AIRCRAFT_MIN
+    if np.count_nonzero(used) < PAIRS_MIN or aircraft < FEW_AIRCRAFT_MIN:
         return None
     count = 2 if kind == SHIFT else 1
     solution = fit.solution[-count:]
@@ -347,9 +351,12 @@ def _error(
     if float(np.linalg.norm(value)) < (POSITIONS_LEAST_M if is_reported else LEAST[kind]):
         return None
     covariance = equations.clustered(fit, count, rows.pairs.name)
-    if float(np.sqrt(solution @ np.linalg.solve(covariance, solution))) < SIGMAS:
-        return None
+    sigmas = float(np.sqrt(solution @ np.linalg.solve(covariance, solution)))
     before, after = (float(np.median(one.residual_m[about])) for one in (plain, fit))
+    if sigmas < (FEW_SIGMAS if few else SIGMAS):
+        return None
+    if few and (kind != SHIFT or is_reported or after > FEW_LEFT_MAX * before):
+        return None
     return SiteError(kind, radars, tuple(value.tolist()), before, after)
 
 
@@ -359,16 +366,6 @@ def _aircraft(rows: _Rows, used: NDArray[np.bool_]) -> int:
     paths = np.unique(columns[columns[:, 2] < 0], axis=0)
     _, of_pair = np.unique(paths[:, :2], axis=0, return_counts=True)
     return int(max(len(np.unique(columns[columns[:, 2] >= 0, 2])), of_pair.max(initial=0)))
-
-
-# Every radar alone, and the radars that share a site.
-def _sites(comparison: Comparison, radars: Sequence[int]) -> list[tuple[int, ...]]:
-    where = {one: geodetic_to_ecef(*comparison.site(one)) for one in radars}
-    found: dict[tuple[int, ...], None] = {(one,): None for one in radars}
-    for here in where.values():
-        near = [one for one in radars if np.linalg.norm(where[one] - here) <= ONE_SITE_M]
-        found[tuple(near)] = None
-    return list(found)
 
 
 def _rows(comparison: Comparison, compared: Mapping[int, tuple[Agreement, Pairs]]) -> _Rows | None:

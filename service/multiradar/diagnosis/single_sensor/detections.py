@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.plausibility import aircraft_of, rotates, scan_period
-from multiradar.diagnosis.cross_sensor.site_errors import ONE_SITE_M
+from multiradar.diagnosis.cross_sensor.radar_groups import ONE_SITE_M
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Floats, Integers, Plots, Site, located
 

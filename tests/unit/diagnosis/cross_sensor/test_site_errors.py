@@ -8,20 +8,28 @@ import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
 from multiradar.diagnosis.cross_sensor.effects import GAIN, SCALE, SHIFT
-from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, JointFit
+from multiradar.diagnosis.cross_sensor.site_errors import (
+    AIRCRAFT_MIN,
+    FEW_AIRCRAFT_MIN,
+    PAIRS_MIN,
+    JointFit,
+)
 from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, recording
 
 
 @pytest.mark.parametrize(
-    ("count", "aircraft", "found"),
+    ("count", "aircraft", "left", "found"),
     [
-        (PAIRS_MIN, AIRCRAFT_MIN, True),
-        (PAIRS_MIN - 1, AIRCRAFT_MIN, False),
-        (PAIRS_MIN, AIRCRAFT_MIN - 1, False),
+        (PAIRS_MIN, AIRCRAFT_MIN, 1.0, True),
+        (PAIRS_MIN - 1, AIRCRAFT_MIN, 1.0, False),
+        (PAIRS_MIN, AIRCRAFT_MIN - 1, 1.0, False),
+        # Of few aircraft, it must explain most of the residuals.
+        (PAIRS_MIN, FEW_AIRCRAFT_MIN, 0.2, True),
+        (PAIRS_MIN, FEW_AIRCRAFT_MIN - 1, 0.2, False),
     ],
 )
 def test_an_error_is_found_from_a_number_of_pairs_and_of_aircraft_on(
-    count: int, aircraft: int, *, found: bool
+    count: int, aircraft: int, left: float, *, found: bool
 ) -> None:
     # As many pairs again of two other radars, of other aircraft: they say nothing of this one.
     beside = np.arange(2 * count) >= count
@@ -29,10 +37,11 @@ def test_an_error_is_found_from_a_number_of_pairs_and_of_aircraft_on(
     pairs.name[beside] += aircraft
     rows: Any = SimpleNamespace(own=np.where(beside, 2, 0), pairs=pairs)
     fit: Any = SimpleNamespace(
-        used=np.ones(2 * count, np.bool_), solution=np.full(2, 1e6), residual_m=np.zeros(2 * count)
+        used=np.ones(2 * count, np.bool_), solution=np.full(2, 1e6), residual_m=np.ones(2 * count)
     )
+    after: Any = SimpleNamespace(**vars(fit) | {"residual_m": np.full(2 * count, left)})
     equations: Any = SimpleNamespace(clustered=lambda *_: np.eye(2))
-    error = site_errors._error(rows, (SHIFT, (0,)), fit, fit, equations)
+    error = site_errors._error(rows, (SHIFT, (0,)), fit, after, equations)
     assert (error is not None) == found
 
 
@@ -59,7 +68,7 @@ def test_what_reports_positions_may_be_shifted_as_the_site_of_a_radar(
     pairs = SimpleNamespace(source=np.array([1, 2, -1]))
     fits._rows = SimpleNamespace(own=np.array([0, 0, 1]), pairs=pairs)  # type: ignore[assignment]
     fits._comparison = SimpleNamespace(is_radar=lambda one: one < 2)  # type: ignore[assignment]
-    monkeypatch.setattr(site_errors, "_sites", lambda *_: [(0,), (1,)])
+    monkeypatch.setattr(site_errors, "sites_of", lambda *_: [(0,), (1,)])
     monkeypatch.setattr(JointFit, "_is_given", lambda _, one, kind: one == 1)
     monkeypatch.setattr(JointFit, "_search", lambda _, rows, found, known: asked.append(found))
     fits.site_errors()
@@ -94,3 +103,14 @@ def test_paths_of_two_sensors_are_not_two_aircraft(*, named: bool, count: int) -
         own=np.zeros(60, np.int64), pairs=SimpleNamespace(source=source, name=name)
     )
     assert site_errors._aircraft(rows, np.ones(60, np.bool_)) == count
+
+
+@pytest.mark.parametrize("north_m", [3700.0, 0.0])
+def test_a_site_that_few_aircraft_show_is_named(north_m: float) -> None:
+    one = recording(aircraft=7)
+    latitude = RADARS["1-10"][0][0] + north_m / METRES_PER_DEGREE
+    found = one.configured("1-10", latitude_deg=latitude).diagnosed()
+    assert [(one.sensor_id, one.code) for one in found] == ([("1-10", "site")] if north_m else [])
+    if found:
+        assert "its site is probably 3." in found[0].sentence
+        assert "km south of the configured site" in found[0].sentence
