@@ -166,7 +166,11 @@ class Service:
     def stop(self) -> None:
         """End it."""
         self._process.terminate()
-        self._process.wait(_TIMEOUT_S)
+        try:
+            self._process.wait(_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            print(f"{self.folder.name}: killed, it did not stop", file=sys.stderr)
         self._log.close()
 
 

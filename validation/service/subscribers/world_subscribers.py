@@ -36,8 +36,11 @@ async def stream(region: int, url: str, rows: Rows) -> None:
     """Read every track update over a WebSocket."""
     address = url.replace("http:", "ws:") + "/v1/stream?kinds=track"
     async with websockets.connect(address, max_size=None, compression=None) as socket:
-        async for received in socket:
-            text = received if isinstance(received, bytes) else received.encode()
+        while True:
+            try:
+                text = await socket.recv(decode=False)
+            except websockets.ConnectionClosedOK:
+                return
             first, last = _TIME.search(text), _TIME.search(text, max(text.rfind(b'"time_s":'), 0))
             lost = sum(int(b) - int(a) + 1 for a, b in _GAP.findall(text[:2000]))
             if first is not None and last is not None:

@@ -164,16 +164,41 @@ def named_pairs(plots: Plots, others: Iterable[tuple[int, Paths]], late_s: float
     return joined(*(_interpolated(plots.keys[:, key], time_s, one) for key, one in others))
 
 
-def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
-    """Return for each plot the positions by others of all aircraft at its time."""
+def candidate_pairs(
+    plots: Plots, paths: Paths, late_s: float, names: Integers | None = None
+) -> Pairs:
+    """Return for each plot the positions by others of all aircraft at its time.
+
+    Parameters
+    ----------
+    plots : Plots
+        Plots of one sensor.
+    paths : Paths
+        Those of others; of many, the longest are compared.
+    late_s : float
+        Time offset of the sensor: claimed time minus true time, s.
+    names : (n,) int64, optional
+        An aircraft for each plot: only its position, for paths of one sensor.
+
+    Returns
+    -------
+    Pairs
+        By ascending plot; `name` is the path.
+    """
     if paths.size == 0:
         return NO_PAIRS
     lengths = np.bincount(paths.path)
     longest = np.argsort(-lengths, kind="stable")[:PATHS_MAX]
     longest = longest[lengths[longest] > 1]
-    plot = np.repeat(np.arange(plots.size), len(longest))
     chosen = paths.select(np.isin(paths.path, longest))
-    wanted = np.tile(longest, plots.size)
+    if names is None:
+        plot = np.repeat(np.arange(plots.size), len(longest))
+        wanted = np.tile(longest, plots.size)
+    else:
+        one = chosen.select(np.flatnonzero(np.diff(chosen.path, prepend=-1)))
+        path_of_name = dict(zip(one.name.tolist(), one.path.tolist(), strict=True))
+        wanted = np.array([path_of_name.get(name, -1) for name in names.tolist()], np.int64)
+        plot = np.arange(plots.size)
     return _interpolated(
         wanted, plots.time_s[plot] - late_s, replace(chosen, name=chosen.path), plot
     )

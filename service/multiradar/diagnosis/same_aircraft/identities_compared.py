@@ -31,6 +31,9 @@ _MODULI = (65_536, 32_768, 16_384, 10_000, 8192, 4096, 2048, 1024, 1000, 512, 25
 _TRACK_NUMBER, _ADDRESS = KEYS.index("track_number"), KEYS.index("mode_s_address")
 _TEXTS = {_TRACK_NUMBER: "track numbers (track_number)", _ADDRESS: "addresses (mode_s_address)"}
 _OCTETS = 24
+# Around the box of all paths: a position farther from it is on none.
+_BOX_M = PATH_M + 1.0
+_NOTHING = np.empty(0, np.int64)
 
 
 def check_track_numbers(
@@ -140,11 +143,11 @@ def _of_form(name: str, key: int, form: str, than: str, *, is_sure: bool) -> Dia
 # Whether most plots of one sensor have the identity of the nearest path of another; False where
 # nearly all differ and each is always on the same path, and None where neither is certain.
 def _are_alike(comparison: Comparison, first: int, later: int, key: int) -> bool | None:
-    own, theirs, path, is_alike = _matched(comparison, first, later, key)
-    if is_alike or _is_late(comparison, first, later, key):
+    if _are_near(comparison, first, later, key) or _is_late(comparison, first, later, key):
         return True
     if key != _TRACK_NUMBER and (same := _alike_by_number(comparison, first, later, key)):
         return same
+    own, theirs, path = _matched(comparison, first, later, key)
     if len(own) < TESTED_MIN or len(np.unique(own)) < IDENTITIES_MIN:
         return None
     if np.mean(theirs == own) > SAME_MAX:
@@ -156,9 +159,10 @@ def _are_alike(comparison: Comparison, first: int, later: int, key: int) -> bool
 
 # Whether most aircraft with one track number in two sensors have one identity, too.
 def _alike_by_number(comparison: Comparison, first: int, later: int, key: int) -> bool:
-    own, theirs = (
-        dict(comparison.plots(one).keys[:, [_TRACK_NUMBER, key]].tolist()) for one in (first, later)
-    )
+    both = [comparison.plots(one).keys[:, [_TRACK_NUMBER, key]] for one in (first, later)]
+    if not all((keys[:, 0] >= 0).any() for keys in both):
+        return False
+    own, theirs = (dict(keys.tolist()) for keys in both)
     known = [one for one in own if one >= 0 and own[one] >= 0 and theirs.get(one, -1) >= 0]
     same = sum(own[one] == theirs[one] for one in known)
     return len(known) >= IDENTITIES_MIN and same >= (1.0 - SAME_MAX) * len(known)
@@ -172,48 +176,58 @@ def _is_late(comparison: Comparison, first: int, later: int, key: int) -> bool:
     return bool(np.isfinite(late_positions(comparison, first, pairs)))
 
 
-# Own identity, that of the nearest path of another sensor, and the path, of each plot with both;
-# and whether plots with the identity of a path are near it, except for one displacement. With the
-# identity of another row of the sensor.
+# Whether plots with the identity of a path are near it, except for one displacement: the site may
+# be wrong.
+def _are_near(comparison: Comparison, first: int, later: int, key: int) -> bool:
+    plots = comparison.plots(first).thinned(TESTED_MAX)
+    pairs = candidate_pairs(plots, comparison.paths_by(later, key), 0.0, plots.keys[:, key])
+    if pairs.size < TESTED_MIN or 2 * pairs.size < plots.size:
+        return False
+    displaced_m = positions(plots, comparison.site_of_radar(first))[pairs.plot] - pairs.position_m
+    off_m = np.linalg.norm(displaced_m - np.median(displaced_m, axis=0), axis=1)
+    return bool(np.median(off_m) <= PATH_M)
+
+
+# Own identity, that of the nearest path of another sensor, and the path, of each plot with both.
+# With the identity of another row of the sensor.
 def _matched(
     comparison: Comparison, first: int, later: int, key: int, rows: int = 0
-) -> tuple[Integers, Integers, Integers, bool]:
+) -> tuple[Integers, Integers, Integers]:
     whole = comparison.plots(first)
     if rows:
         whole = replace(whole, keys=np.roll(whole.keys, rows, axis=0))
     plots = whole.thinned(TESTED_MAX)
-    names = plots.keys[:, key]
     paths = comparison.paths_by(later, key)
-    site = comparison.site_of_radar(first)
+    if paths.size == 0:
+        return _NOTHING, _NOTHING, _NOTHING
+    # Of radars far from each other no plot is near a path, and of others few are.
+    position_m = positions(plots, comparison.site_of_radar(first))
+    least_m, most_m = paths.position_m.min(axis=0), paths.position_m.max(axis=0)
+    within = (position_m >= least_m - _BOX_M) & (position_m <= most_m + _BOX_M)
+    kept = within.all(axis=1) & (plots.keys[:, key] >= 0)
+    plots, position_m = plots.select(kept), position_m[kept]
+    names = plots.keys[:, key]
     pairs = candidate_pairs(plots, paths, 0.0)
-    displaced_m = positions(plots, site)[pairs.plot] - pairs.position_m
-    apart_m = np.linalg.norm(displaced_m, axis=1)
-    name_of_path = np.full(int(paths.path.max(initial=-1)) + 1, -1)
-    name_of_path[paths.path] = paths.name
-    same = np.flatnonzero(name_of_path[pairs.name] == names[pairs.plot])
-    alike = displaced_m[same]
-    is_alike = False
-    if len(alike) >= TESTED_MIN and 2 * len(np.unique(pairs.plot[same])) >= plots.size:
-        off_m = np.linalg.norm(alike - np.median(alike, axis=0), axis=1)
-        # The site may be wrong.
-        is_alike = bool(np.median(off_m) <= PATH_M)
+    apart_m = np.linalg.norm(position_m[pairs.plot] - pairs.position_m, axis=1)
     order = np.lexsort((apart_m, pairs.plot))
-    order = order[(apart_m[order] <= PATH_M) & (names[pairs.plot[order]] >= 0)]
+    order = order[apart_m[order] <= PATH_M]
     nearest = order[np.flatnonzero(np.diff(pairs.plot[order], prepend=-1))]
     path = pairs.name[nearest]
-    return names[pairs.plot[nearest]], name_of_path[path], path, is_alike
+    name_of_path = np.full(int(paths.path.max()) + 1, -1)
+    name_of_path[paths.path] = paths.name
+    return names[pairs.plot[nearest]], name_of_path[path], path
 
 
 # In which form the identities of one sensor of a pair are those of the other; empty where unknown.
 def _form(comparison: Comparison, pair: tuple[int, int], wrong: int, key: int) -> str:
     other = pair[0] if pair[1] == wrong else pair[1]
     for rows in _ROWS:
-        own, theirs, _, _ = _matched(comparison, wrong, other, key, rows)
+        own, theirs, _ = _matched(comparison, wrong, other, key, rows)
         if len(own) >= TESTED_MIN and (share := float(np.mean(own == theirs))) >= _FORM_MIN:
             where = "before" if rows > 0 else "after"
             steps = "the row" if abs(rows) == 1 else f"the {abs(rows)}nd row"
             return f"with those of {steps} {where}, {share:.0%} of its plots agree"
-    own, theirs, _, _ = _matched(comparison, wrong, other, key)
+    own, theirs, _ = _matched(comparison, wrong, other, key)
     forms: Mapping[str, Callable[[int], int]] = _ADDRESS_FORMS if key == _ADDRESS else {}
     for what, form in forms.items():
         if np.mean([form(one) == name for one, name in zip(theirs, own, strict=True)]) >= _FORM_MIN:

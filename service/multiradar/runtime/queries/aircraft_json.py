@@ -16,6 +16,7 @@ updated by       `adsb_icao` (`adsb_other`) if ADS-B updated it within `SOURCE_S
 """
 
 import json
+import threading
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from typing import Any
@@ -50,16 +51,19 @@ class AircraftSnapshots:
     def __init__(self, known: Knowledge) -> None:
         self._known = known
         self._made: tuple[int, bytes] = (-1, b"")
+        self._lock = threading.Lock()
 
     def aircraft(self) -> bytes:
         """Return `aircraft.json`."""
-        made_version, text = self._made
-        picture = self._known.picture(made_version)
-        if picture is None:
+        # One client makes it, the others wait: each would take as long.
+        with self._lock:
+            made_version, text = self._made
+            picture = self._known.picture(made_version)
+            if picture is None:
+                return text
+            text = json.dumps(document(picture), separators=(",", ":")).encode()
+            self._made = picture.version, text
             return text
-        text = json.dumps(document(picture), separators=(",", ":")).encode()
-        self._made = picture.version, text
-        return text
 
     def receiver(self) -> dict[str, Any]:
         """Return `receiver.json`: version, refresh interval, and the middle of the sensors."""

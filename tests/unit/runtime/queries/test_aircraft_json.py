@@ -1,21 +1,28 @@
 """Tracks in the form of readsb, as tar1090 reads them."""
 
 import json
-from typing import Any
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, cast
 
 import numpy as np
 import polars as pl
 import pytest
 
 from multiradar.api.answers.aircraft import AircraftJson, ReceiverJson
-from multiradar.runtime.memory.knowledge import Picture
+from multiradar.runtime.memory.knowledge import Knowledge, Picture
 from multiradar.runtime.memory.live_tracks import BY_ADSB, BY_MLAT, BY_RADAR, LiveTracks, sources_of
-from multiradar.runtime.queries.aircraft_json import SOURCE_S, document, receiver
+from multiradar.runtime.queries.aircraft_json import (
+    SOURCE_S,
+    AircraftSnapshots,
+    document,
+    receiver,
+)
 from multiradar.wire import sensor_table
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.fakes.fake_service import LIVE_SCHEMA, live_tracks
+from support.processes.waiting import wait_until
 
 NOW_S = 1_533_110_400.0
 #: Keys of an aircraft by `README-json.md` of readsb.
@@ -157,6 +164,26 @@ def test_the_receiver_is_in_the_middle_of_the_sensors() -> None:
     assert found.lat == 48.0
     assert abs(found.lon or 0.0) == 180.0
     assert sources_of(table).tolist() == [BY_ADSB, BY_ADSB, BY_MLAT]
+
+
+def test_clients_that_ask_together_get_one_document() -> None:
+    versions: list[int] = []
+    later: list[Future[bytes]] = []
+
+    class Known:
+        def picture(self, version: int) -> Picture | None:
+            versions.append(version)
+            if not later:
+                # Another client asks meanwhile.
+                later.append(clients.submit(snapshots.aircraft))
+                wait_until(lambda: later[0].running() or later[0].done(), "the other client")
+            return None if version == 1 else picture({})
+
+    snapshots = AircraftSnapshots(cast(Knowledge, Known()))
+    with ThreadPoolExecutor(1) as clients:
+        first = snapshots.aircraft()
+    assert later[0].result() is first
+    assert versions == [-1, 1]
 
 
 def test_updates_and_sources_are_counted_by_track() -> None:
