@@ -17,6 +17,8 @@ _PLOTS_MIN = 100
 _WITHIN, _WHOLE_WITHIN = 0.02, 1.1
 #: Times that a step is estimated from all values, the first one from the least difference.
 _REFINED = 3
+#: Values that a step needs, and steps that fewer values than usual may have, degrees or m.
+_VALUES_MIN, _DECIMALS = 5, (0.1, 1.0, 1000.0, 10_000.0)
 #: Fraction of the successive steps of an aircraft that rounding makes unequal, at least.
 _BENDS_MIN = 0.1
 #: Length of a degree of latitude, m.
@@ -53,11 +55,14 @@ def check_rounded(
     for column, sigma in sigmas.items():
         values: Floats = getattr(plots, column)
         known = np.unique(values[np.isfinite(values)])
-        if len(known) < TESTED_MIN:
+        if len(known) < _VALUES_MIN:
             continue
         size = _DEGREE_M if column == "latitude_deg" else 1.0
         # The standard deviation of a rounding error is the step over √12.
         step = step_of(known, np.sqrt(12.0) * sigma / size)
+        # Few values have a common divisor by chance, but not one of decimals.
+        if len(known) < TESTED_MIN and not np.isclose(step, _DECIMALS).any():
+            continue
         if not step or _is_regular(plots, values, step):
             continue
         error = step / np.sqrt(12.0) * size
@@ -77,7 +82,9 @@ def check_rounded(
 def _is_regular(plots: Plots, values: Floats, step: float) -> bool:
     names = aircraft_of(plots)
     order = np.lexsort((plots.time_s, names))
-    alike = names[order][2:] == names[order][:-2]
+    # An aircraft may stay at a coarse value for many plots.
+    moves = np.abs(np.diff(values[order])) > 0.5 * step
+    alike = (names[order][2:] == names[order][:-2]) & (moves[1:] | moves[:-1])
     bends = np.abs(np.diff(values[order], 2))[alike] > 0.5 * step
     return len(bends) < TESTED_MIN or float(np.mean(bends)) < _BENDS_MIN
 

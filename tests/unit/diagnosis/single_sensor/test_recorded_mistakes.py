@@ -6,7 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.single_sensor.steps import step_of
+from multiradar.diagnosis.plots import Plots
+from multiradar.diagnosis.single_sensor.steps import check_rounded, step_of
 from support.inputs.mistaken import RADARS, Recording, recording
 
 NAME = "1-10"
@@ -139,3 +140,22 @@ def test_a_transponder_at_a_fixed_place_is_no_limit() -> None:
     )  # fmt: skip
     beside = replace(one, frame=pl.concat([one.frame, far]).sort("time_s"))
     assert "range_limit" not in [code for _, code in beside.codes()]
+
+
+@pytest.mark.parametrize(("digits", "found"), [(1, True), (6, False)])
+@pytest.mark.parametrize("span_deg", [0.9, 4.0])
+def test_positions_that_stay_at_a_coarse_value_are_rounded(
+    span_deg: float, digits: int, *, found: bool
+) -> None:
+    """Reports of every second, of which a hundred have one value of latitude."""
+    aircraft, time_s = np.divmod(np.arange(4000), 400)
+    latitude = 50.0 + span_deg * aircraft / 10.0 + 0.0013 * time_s * (-1.0) ** aircraft
+    missing, order = np.full(4000, np.nan), np.argsort(time_s, kind="stable")
+    keys = np.column_stack([aircraft, np.full((4000, 2), -1)])
+    latitude = np.round(latitude, digits)
+    reports = Plots(
+        time_s.astype(np.float64), missing, missing, latitude, missing, missing, keys
+    ).select(order)
+    said = check_rounded("adsb", reports, {"latitude_deg": 30.0})
+    assert (said is not None) == found
+    assert said is None or "all values are multiples of 0.1°" in said.sentence
