@@ -233,4 +233,9 @@ VALUE_MISTAKES: tuple[Mistake, ...] = (
         message=("was '13.8440' (times 57.2958 by [units] of the profile)", "correct the unit"),
         sensors=(),
     ),
+    Mistake(
+        "400 km added to the ranges",
+        plots(RADAR, range_m=RANGE + 400e3),
+        message=("26-10: its ranges probably contain a constant of up to 4",),
+    ),
 )

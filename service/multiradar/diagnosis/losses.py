@@ -165,6 +165,38 @@ def _of_two_kinds(
     )
 
 
+def check_range_constant(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
+    """Diagnose ranges to which a constant was added: all are beyond range_max_m.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The sensor.
+    losses : Losses
+        Its losses.
+    """
+    number = evidence.number(name)
+    ranges = evidence.sources[name].plots()["range_m"].drop_nulls().to_numpy()
+    if number < 0 or losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known or not len(ranges):
+        return None
+    end_m = float(evidence.sensors.range_max_m[number])
+    near, far = np.quantile(ranges, (0.001, 0.999)).tolist()
+    # In another unit, near aircraft would have small numbers, too.
+    if not near > end_m >= max(far - near, 1000.0):
+        return None
+    feet = ", or be in feet" if far * FOOT_M <= _RANGE_MAX_FACTOR * end_m else ""
+    return Diagnosis(
+        name,
+        "range_constant",
+        f"{name}: its ranges probably contain a constant of up to {near / 1e3:.0f} km: they are "
+        f"from {near:.0f} m to {far:.0f} m, all beyond range_max_m ({end_m:g} in the sensors "
+        f"file), although they differ by less than that; subtract it (they may be right{feet}, if "
+        "all aircraft are far away: then correct range_max_m, or their unit)",
+    )
+
+
 def check_range_max(
     evidence: Evidence, name: str, losses: Losses, *, in_metres: bool = False
 ) -> Diagnosis | None:

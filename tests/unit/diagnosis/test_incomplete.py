@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.losses import Losses, check_range_max
+from multiradar.diagnosis.losses import Losses, check_range_constant, check_range_max
 from multiradar.diagnosis.model import Diagnosis
 from support.inputs.mistaken import RADARS, Recording, recording
 
@@ -85,6 +85,17 @@ def test_a_range_limit_that_removes_plots_is_too_small(*, in_metres: bool) -> No
     if in_metres:
         assert "range_max_m is probably too small: it is 100000" in found.sentence
         assert "% of the plots are farther away, up to " in found.sentence
+
+
+@pytest.mark.parametrize("added_m", [400_000.0, 0.0])
+def test_a_constant_in_the_ranges_is_named(added_m: float) -> None:
+    end_m = 390_000.0 if added_m else 100_000.0
+    one = recording().changed(NAME, range_m=pl.col("range_m") + added_m)
+    evidence = Evidence(one.configured(NAME, range_max_m=end_m).table())
+    evidence.record_rows(one.frame)
+    found = check_range_constant(evidence, NAME, Losses(100, Counter(OUT_OF_RANGE=60), 0))
+    assert (found is not None) == (added_m > 0.0)
+    assert found is None or "probably contain a constant of up to 4" in found.sentence
 
 
 @pytest.mark.parametrize("names", [(NAME,), tuple(RADARS)])

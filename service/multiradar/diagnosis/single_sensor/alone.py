@@ -51,8 +51,10 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         The sensor.
     """
     number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
-    wrong = loss_checks.check_kind(evidence, name, losses) or check_decimal_codes(
-        name, evidence.sources[name].plots()["mode_3a"]
+    wrong = (
+        loss_checks.check_kind(evidence, name, losses)
+        or loss_checks.check_range_constant(evidence, name, losses)
+        or check_decimal_codes(name, evidence.sources[name].plots()["mode_3a"])
     )
     if wrong is not None:
         return [wrong]
