@@ -53,11 +53,14 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
         azimuth of the radars that it is compared with do not count.
     """
     pairs = pairs.select(pairs.source != RECORDING)
-    if not pairs.size or not are_named(pairs):
+    own_m = comparison.tested_positions(number)
+    if not are_named(pairs):
+        pairs = _nearest(pairs, own_m)
+    if not pairs.size:
         return np.nan
     latitude, longitude, _ = ecef_to_geodetic(pairs.position_m)
     rotation = enu_rotation(latitude, longitude)
-    own_m = comparison.tested_positions(number)[pairs.plot]
+    own_m = own_m[pairs.plot]
     apart_m = np.einsum("kij,kj->ki", rotation, own_m - pairs.position_m)[:, :2]
     flown_mps = np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2]
     speed_mps = np.linalg.norm(flown_mps, axis=1)
@@ -123,6 +126,16 @@ def late_on_paths(comparison: Comparison, number: int, others: Collection[int]) 
     first = int((until - np.arange(len(found))).argmax())
     alike = found[first : until[first]]
     return float(np.median(alike)) if len(alike) >= _MOST * len(found) else 0.0
+
+
+# The one position by each other sensor that is near each plot: that of its aircraft, unnamed.
+def _nearest(pairs: Pairs, own_m: Floats) -> Pairs:
+    apart_m = np.linalg.norm(own_m[pairs.plot] - pairs.position_m, axis=1)
+    pairs = pairs.select(apart_m <= _ACROSS_M)
+    _, index, counts = np.unique(
+        np.column_stack([pairs.plot, pairs.source]), axis=0, return_inverse=True, return_counts=True
+    )
+    return pairs.select(counts[index.ravel()] == 1)
 
 
 # Claimed minus true time of each position, from the distance along its track.

@@ -52,6 +52,24 @@ def test_a_clock_is_named_beside_sensors_that_share_other_identities() -> None:
     assert "18.0 s ahead (GPS time instead of UTC?)" in found.sentence
 
 
+@pytest.mark.parametrize("late_s", [3.0, -3.0, 0.0])
+def test_a_clock_is_named_beside_sensors_that_share_no_identity(late_s: float) -> None:
+    """The tracks of the run show which plots are of one aircraft."""
+    one = with_reports(recording(positions=True))
+    of_reports = pl.col("sensor_id") == "adsb"
+    address = pl.format("4B18{}", (pl.col("track_number") + 16).cast(pl.String))
+    frame = one.frame.with_columns(
+        track_number=pl.when(~of_reports).then(pl.col("track_number")),
+        mode_s_address=pl.when(of_reports).then(address),
+        latitude_deg=pl.when(of_reports).then(pl.col("latitude_deg")),
+        longitude_deg=pl.when(of_reports).then(pl.col("longitude_deg")),
+    )
+    tracks = one.frame["track_number"].to_numpy()
+    found = replace(one, frame=frame).changed("adsb", time_s=TIME + late_s).diagnosed(tracks)
+    assert [(one.sensor_id, one.code) for one in found] == ([("adsb", "clock")] if late_s else [])
+    assert not found or f"2.9 s {'ahead' if late_s > 0.0 else 'behind'}" in found[0].sentence
+
+
 @pytest.mark.parametrize("north_m", [100.0, -150.0])
 def test_reports_displaced_by_100_m_against_all_radars_are_named(north_m: float) -> None:
     one = with_reports(recording(positions=True))
