@@ -10,7 +10,7 @@ import polars as pl
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
-from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
+from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M, Floats
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
@@ -165,6 +165,16 @@ def _of_two_kinds(
     )
 
 
+# The ranges of a sensor with many values out of range, and its range_max_m; a direction finder has
+# no ranges.
+def _out_of_range(evidence: Evidence, name: str, losses: Losses) -> tuple[Floats, float] | None:
+    number = evidence.number(name)
+    if number < 0 or losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known:
+        return None
+    ranges = evidence.sources[name].plots()["range_m"].drop_nulls().to_numpy()
+    return (ranges, float(evidence.sensors.range_max_m[number])) if len(ranges) else None
+
+
 def check_range_constant(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
     """Diagnose ranges to which a constant was added: all are beyond range_max_m.
 
@@ -177,11 +187,10 @@ def check_range_constant(evidence: Evidence, name: str, losses: Losses) -> Diagn
     losses : Losses
         Its losses.
     """
-    number = evidence.number(name)
-    ranges = evidence.sources[name].plots()["range_m"].drop_nulls().to_numpy()
-    if number < 0 or losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known or not len(ranges):
+    lost = _out_of_range(evidence, name, losses)
+    if lost is None:
         return None
-    end_m = float(evidence.sensors.range_max_m[number])
+    ranges, end_m = lost
     near, far = np.quantile(ranges, (0.001, 0.999)).tolist()
     # In another unit, near aircraft would have small numbers, too.
     if not near > end_m >= max(far - near, 1000.0):
@@ -213,12 +222,12 @@ def check_range_max(
     in_metres : bool
         Whether the ranges are known to be in metres.
     """
-    if losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known:
+    lost = _out_of_range(evidence, name, losses)
+    if lost is None:
         return None
-    end_m = float(evidence.sensors.range_max_m[evidence.number(name)])
-    ranges = evidence.sources[name].plots()["range_m"].drop_nulls().to_numpy()
+    ranges, end_m = lost
     beyond = ranges > _RANGE_MAX_FACTOR * end_m
-    if len(ranges) == 0 or not np.isfinite(end_m) or np.mean(beyond) <= LOST_MAX:
+    if not np.isfinite(end_m) or np.mean(beyond) <= LOST_MAX:
         return None
     far = float(np.quantile(ranges, 0.999))
     units = [

@@ -225,6 +225,12 @@ def _supported(s: int, clock: Floats, run: Integers) -> float:
     """Return the time that other sensors have reached; of two, none is more right: the clock."""
     if run[SEEN_FURTHER] < 2:
         return float(clock[CLOCK])
+    return _others_reached(s, clock, run)
+
+
+@kernel
+def _others_reached(s: int, clock: Floats, run: Integers) -> float:
+    """Return the time that the sensor farthest ahead among the others has reached."""
     return float(clock[OTHERS] if s == run[FIRST] else clock[AHEAD])
 
 
@@ -248,9 +254,8 @@ def _has_drifted(
     if not (time > clock[CLOCK] and received_s == received_s and run[SEEN_FURTHER] == 1):
         return False
     other = run[SEEN_SECOND] if s == run[SEEN_SENSOR] else run[SEEN_SENSOR]
-    other_s = clock[OTHERS] if s == run[FIRST] else clock[AHEAD]
     lead_s = time - received_s
-    if time <= other_s + tolerance[s] or standing[s, SAMPLES] < HEARD_MIN:
+    if time <= _others_reached(s, clock, run) + tolerance[s] or standing[s, SAMPLES] < HEARD_MIN:
         return False
     other_grown_s = 0.0
     for k in range(min(standing[other, SAMPLES], HEARD_MAX)):
