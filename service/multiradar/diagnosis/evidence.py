@@ -7,7 +7,7 @@ bounded by a number of plots per source and a number of sources.
 import itertools
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -167,6 +167,8 @@ class Evidence:
         What has been received.
     spreads_positions : bool
         Whether frequent reports of positions are thinned: for windows of time.
+    proceed : callable, optional
+        Called between pieces of the diagnosis; what it raises ends the diagnosis.
     """
 
     def __init__(
@@ -176,8 +178,11 @@ class Evidence:
         sources: dict[str, Source] | None = None,
         *,
         spreads_positions: bool = False,
+        proceed: Callable[[], None] = lambda: None,
     ) -> None:
         self.sensors = sensors
+        #: To be called before each sensor, or pair of sensors, by what compares them.
+        self.proceed = proceed
         self._spreads_positions = spreads_positions
         self.kinds = kinds
         self._sources: dict[str, Source] = {} if sources is None else sources

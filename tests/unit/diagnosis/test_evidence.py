@@ -1,5 +1,6 @@
 """What is retained for a diagnosis of many sensors and of frequent reports."""
 
+import math
 import random
 from dataclasses import asdict, replace
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 
 from multiradar.diagnosis import evidence
 from multiradar.diagnosis.evidence import SOURCES_MAX, SPREAD_EVERY_MAX, Evidence
+from multiradar.diagnosis.findings import diagnose
 from multiradar.wire.sensors import sensor_table
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.sensors.sensor import parse_sensors
@@ -113,3 +115,27 @@ def test_sources_are_those_of_partitions(seed: int, monkeypatch: pytest.MonkeyPa
 def test_other_names_are_sorted_too() -> None:
     found = recorded(messages(9, (*NAMES, None, "stranger")))
     assert {"stranger", ""} < set(found["order"])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_a_diagnosis_can_be_ended_between_its_pieces(share: float) -> None:
+    """A service that stops does not wait for it."""
+    calls, last = 0, math.inf
+
+    def proceed() -> None:
+        nonlocal calls
+        calls += 1
+        if calls > last:
+            raise InterruptedError
+
+    def found() -> Evidence:
+        gathered = Evidence(recording().table(), proceed=proceed)
+        gathered.record_rows(recording().frame)
+        return gathered
+
+    diagnose(found())
+    # Three sensors are compared in pairs, by several checks.
+    assert calls > 3 * 3
+    calls, last = 0, share * (calls - 1)
+    with pytest.raises(InterruptedError):
+        diagnose(found())

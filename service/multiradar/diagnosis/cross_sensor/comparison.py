@@ -87,10 +87,13 @@ class Comparison:
 
     def __init__(self, evidence: Evidence, *, corrected: bool = False) -> None:
         self._sensors = evidence.sensors
+        #: As in the evidence.
+        self.proceed = evidence.proceed
         self._tracked = evidence.tracked()
         self._plots: dict[int, Plots] = {}
         self._paths_as_given: dict[tuple[int, int], Paths] = {}
         for name, source in evidence.sources.items():
+            self.proceed()
             number = evidence.number(name)
             if number < 0 or self._sensors.moving[number]:
                 continue
@@ -141,11 +144,12 @@ class Comparison:
 
     def plots(self, number: int) -> Plots:
         """Return the plots that are retained of a sensor."""
+        self.proceed()
         return self._plots[number]
 
     def tested(self, number: int) -> Plots:
         """Return the plots of a sensor that are compared."""
-        return self._plots[number].thinned(TESTED_MAX)
+        return self.plots(number).thinned(TESTED_MAX)
 
     def tested_positions(self, number: int) -> Floats:
         """Return (n, 3) positions of `tested` as configured, ECEF, m."""

@@ -187,7 +187,8 @@ class JointFit:
             for kind, radars in candidates
             if kind != CLOCK
         ]
-        equations = Equations(rows.apart, np.concatenate([self._basis, *columns], axis=2))
+        all_columns = np.concatenate([self._basis, *columns], axis=2)
+        equations = Equations(rows.apart, all_columns, self._comparison.proceed)
         own = [[of_basis[radars[0]]] for kind, radars in candidates if kind == CLOCK]
         ends = size + np.cumsum([one.shape[2] for one in columns])
         own += [

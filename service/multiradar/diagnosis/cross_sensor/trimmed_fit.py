@@ -5,7 +5,7 @@ product of whole columns would wait for the threads of the linear algebra librar
 where other processes use the cores.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,16 +65,21 @@ class Equations:
         Differences east and north, m.
     columns : (k, 2, n) float64
         Effect of each column on them, of one size.
+    proceed : callable, optional
+        Called before each fit; what it raises ends the fits.
     """
 
-    def __init__(self, apart_m: Floats, columns: Floats) -> None:
-        self._apart_m, self._columns = apart_m, columns
+    def __init__(
+        self, apart_m: Floats, columns: Floats, proceed: Callable[[], None] = lambda: None
+    ) -> None:
+        self._apart_m, self._columns, self._proceed = apart_m, columns, proceed
         # Each column in one piece: a fit reads a few of them, many times.
         self._by_column = np.ascontiguousarray(columns.transpose(2, 0, 1))
         self._normal, self._right = self._sums(np.ones(len(apart_m), np.bool_))
 
     def fit(self, chosen: Sequence[int]) -> TrimmedFit:
         """Fit some of the columns."""
+        self._proceed()
         some, count = np.array(chosen, np.int64), len(chosen)
         effects = self._by_column[some]
         kept = used = np.ones(len(self._apart_m), np.bool_)

@@ -45,6 +45,11 @@ _OF_LONGER_TIMES = ("no_measurements", "times_jump", "ends_early", "starts_late"
 _OF_PARAMETERS = ("parameter_sensor", "parameter_kind", "prior_mean", "prior_sigma", "drift")
 
 
+class _StoppedError(Exception):
+    # The service stops, which does not wait for a diagnosis.
+    pass
+
+
 class LiveDiagnosis:
     """Diagnoses incoming measurements; every method may be called from any thread.
 
@@ -69,7 +74,7 @@ class LiveDiagnosis:
         self._data_time = data_time
         self._period_s = period_s
         self._lock = threading.Lock()
-        self._evidence = _evidence(sensors)
+        self._evidence = self._opened(sensors)
         self._held = HeldFindings()
         self._is_ended = False
         # Whether no window of the stream was diagnosed; ends of streams, and those diagnosed.
@@ -84,7 +89,7 @@ class LiveDiagnosis:
         self._thread = self._threads.start(self._run, "diagnosis")
 
     def stop(self) -> None:
-        """Stop; may be called twice, and without a start."""
+        """Stop, and abandon a diagnosis; may be called twice, and without a start."""
         with self._lock:
             self._is_stopping, waking = True, self._waking
         waking.set()
@@ -125,7 +130,7 @@ class LiveDiagnosis:
     def restart(self) -> None:
         """Start over without findings: the engine restarts."""
         with self._lock:
-            self._evidence = _evidence(self._sensors)
+            self._evidence = self._opened(self._sensors)
             self._held.clear()
 
     def use(self, sensors: SensorTable) -> None:
@@ -138,12 +143,12 @@ class LiveDiagnosis:
                 if not _is_alike(_described(self._sensors, name), _described(sensors, name))
             }
             self._held.discard(changed, self._data_time_s())
-            self._sensors, self._evidence = sensors, _evidence(sensors)
+            self._sensors, self._evidence = sensors, self._opened(sensors)
 
     def set_back(self) -> None:
         """Start over: earlier times follow."""
         with self._lock:
-            self._evidence = _evidence(self._sensors)
+            self._evidence = self._opened(self._sensors)
 
     def records(self, at_s: float | None = None) -> list[dict[str, str]]:
         """Return the findings that hold, or held at a past data time, s."""
@@ -157,6 +162,8 @@ class LiveDiagnosis:
             ends = self._ends
         try:
             return self._check(ends > self._ends_diagnosed)
+        except _StoppedError:
+            return False
         finally:
             with self._lock:
                 self._ends_diagnosed = ends
@@ -171,7 +178,7 @@ class LiveDiagnosis:
                 is_due = _is_over(evidence) or _span_s(evidence) >= least_s
             if not (is_last or is_due):
                 return False
-            following = self._evidence = _evidence(self._sensors)
+            following = self._evidence = self._opened(self._sensors)
             self._is_ended, self._is_first = False, is_last
             if not is_due:
                 return False
@@ -183,6 +190,14 @@ class LiveDiagnosis:
                 for one in self._held.update(found, delivered, self._data_time_s()):
                     _log.warning("diagnosis: %s", one.sentence)
         return True
+
+    # Reports of all aircraft by one receiver must not end the window before a radar has seen them.
+    def _opened(self, sensors: SensorTable) -> Evidence:
+        return Evidence(sensors, spreads_positions=True, proceed=self._proceed)
+
+    def _proceed(self) -> None:
+        if self._is_stopping:
+            raise _StoppedError
 
     def _data_time_s(self) -> float:
         time_s = self._data_time()
@@ -202,11 +217,6 @@ class LiveDiagnosis:
             except Exception as error:
                 # The service continues without a diagnosis.
                 _log.error("diagnosis failed", exc_info=error)
-
-
-# Reports of all aircraft by one receiver must not end the window before a radar has seen them.
-def _evidence(sensors: SensorTable) -> Evidence:
-    return Evidence(sensors, spreads_positions=True)
 
 
 # Minus infinity without measurements.

@@ -8,7 +8,8 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar.diagnosis import held_findings
+from multiradar.diagnosis import findings, held_findings
+from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.held_findings import WINDOWS_MAX, HeldFindings
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.runtime.live import live_diagnosis
@@ -101,6 +102,24 @@ def test_a_failed_diagnosis_of_the_end_of_a_stream_is_not_pending(
     diagnosis.end_stream()
     wait_until(lambda: not diagnosis.is_pending, "the diagnosis")
     diagnosis.stop()
+
+
+def test_a_stop_abandons_the_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 105 sensors, a service stopped only after minutes."""
+    diagnosis = opened()
+    completed: list[list[Diagnosis]] = []
+
+    def stopped_meanwhile(evidence: Evidence) -> list[Diagnosis]:
+        diagnosis.stop()
+        found = findings.diagnose(evidence)
+        completed.append(found)
+        return found
+
+    monkeypatch.setattr(live_diagnosis, "diagnose", stopped_meanwhile)
+    diagnosis.record(WRONG.frame, ())
+    assert not checked(diagnosis)
+    assert not completed
+    assert not diagnosis.records()
 
 
 def test_records_of_unknown_sources_alone_are_reported_with_the_sources() -> None:
