@@ -8,12 +8,14 @@ from multiradar.diagnosis.cross_sensor.references import (
     GAP_MAX_S,
     SPEED_MAX_MPS,
     Paths,
+    common_key,
+    keys_by_sensor,
     named_pairs,
 )
 from multiradar.diagnosis.plots import Plots
 
 Floats = NDArray[np.float64]
-AIRCRAFT, OTHER, ADDRESS = 5, 7, 1
+AIRCRAFT, OTHER, ADDRESS, CODE = 5, 7, 1, 2
 
 
 # Plots of the aircraft at these times.
@@ -65,3 +67,31 @@ def test_gaps_are_interpolated_up_to_their_limit(more_s: float, known: int) -> N
 def test_paths_faster_than_an_aircraft_are_none(more_m: float, known: int) -> None:
     paths = paths_of([AIRCRAFT] * 2, [0.0, 10.0], [0.0, 10.0 * SPEED_MAX_MPS + more_m])
     assert named_pairs(plots_at(5.0), [(ADDRESS, paths)], 0.0).size == known
+
+
+# Plots with these identities: track number, address and code; -1 for none.
+def named(*keys: tuple[int, int, int]) -> Plots:
+    nothing = np.full(len(keys), np.nan)
+    return Plots(
+        np.zeros(len(keys)), nothing, nothing, nothing, nothing, nothing, np.array(keys)
+    )  # fmt: skip
+
+
+def test_the_key_that_half_of_the_plots_share_names_them() -> None:
+    own = named((-1, 5, 1), (-1, 6, 1), (-1, -1, 1), (-1, -1, 2))
+    assert common_key(own, [named((-1, 5, -1)), named((-1, 6, -1))]) == ADDRESS
+    assert common_key(own, [named((-1, 5, -1))]) is None
+    assert common_key(own, [named((-1, 5, 1))]) == CODE
+    # Plots without an address share none.
+    assert common_key(own, [named((-1, -1, 9))]) is None
+    assert common_key(own, []) is None
+    assert common_key(own.select(np.arange(0)), [own]) is None
+
+
+def test_a_sensor_without_the_common_key_is_compared_by_its_own() -> None:
+    own = named((-1, 5, 1), (-1, 6, 2))
+    others = {
+        3: named((-1, 5, 1), (-1, 6, 2)), 4: named((-1, -1, 1), (-1, -1, 2)), 5: named((-1, -1, 7)),
+    }  # fmt: skip
+    assert keys_by_sensor(own, others) == {3: ADDRESS, 4: CODE, 5: ADDRESS}
+    assert keys_by_sensor(own, {5: others[5]}) is None

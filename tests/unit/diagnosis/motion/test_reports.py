@@ -107,3 +107,35 @@ def test_latitudes_for_longitudes_are_named_by_speeds(place: tuple[float, float]
     assert found.code == "columns_exchanged"
     few = swapped.select(swapped.keys[:, 1] < 0x4B1800 + 9)
     assert check_reports("adsb", few) is None
+
+
+@pytest.mark.parametrize(
+    ("count", "aircraft", "others", "named"),
+    [
+        (20, 3, 0, True),
+        (19, 3, 0, False),
+        (20, 2, 0, False),
+        (61, 3, 20, True),
+        (61, 3, 21, False),
+    ],
+    ids=["all-bounds", "reports", "aircraft", "share", "below-share"],
+)
+def test_a_placeholder_is_two_thirds_of_twenty_latitudes_of_three_aircraft(
+    count: int, aircraft: int, others: int, *, named: bool
+) -> None:
+    one = reports(latitude_deg=lambda one: np.full_like(one, 46.5))
+    chosen = one.select(np.flatnonzero(one.keys[:, 1] < 0x4B1800 + aircraft)[:count])
+    chosen.latitude_deg[:others] -= 0.01 * np.arange(1, others + 1)
+    found = check_reports("adsb", chosen)
+    assert (found is not None and found.code == "column_constant") == named
+
+
+def test_positions_of_zero_are_named_if_more_than_a_third_of_them() -> None:
+    one = reports().select(np.arange(21))
+    for zeros, named in ((7, False), (8, True)):
+        latitude_deg, longitude_deg = one.latitude_deg.copy(), one.longitude_deg.copy()
+        latitude_deg[:zeros] = longitude_deg[:zeros] = 0.0
+        found = check_reports(
+            "adsb", replace(one, latitude_deg=latitude_deg, longitude_deg=longitude_deg)
+        )
+        assert (found is not None and found.code == "position_missing") == named, zeros

@@ -22,8 +22,9 @@ from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.toolbox.operation import installation
 from multiradar.toolbox.operation.findings import Level
-from multiradar.toolbox.operation.installation import check_packages, check_ports
+from multiradar.toolbox.operation.installation import check_kernels, check_packages, check_ports
 from multiradar.toolbox.operation.state_health import check_clock, check_disk, check_folders
+from multiradar_compiled import ahead
 from support.inputs.journal_entries import entry
 from support.processes.commands import RUN
 from support.processes.served import SENSORS, free_port
@@ -313,6 +314,19 @@ def test_packages_that_are_missing_or_of_another_version(monkeypatch: pytest.Mon
     del versions["httpx"]
     other = check_packages()
     assert (other.level, "numba 0.1 (expected " in other.text) == (Level.WARNING, True)
+
+
+@pytest.mark.parametrize(("name", "more"), [("two-stage", ""), ("joint", " --all")])
+def test_kernels_of_rare_filters_are_compiled_by_an_option(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, more: str
+) -> None:
+    monkeypatch.setattr(ahead, "missing_kernels", lambda kernels: list(kernels)[:1])
+    (folder / "filter.toml").write_text(f'[tracking]\nfilter_name = "{name}"\n')
+    found = check_kernels(
+        load_settings(folder / "filter.toml"), load_sensor_table(Path("radars.toml"))
+    )
+    assert found.level is Level.WARNING
+    assert found.advice.startswith(f"run `multiradar warm-up{more}` as the user")
 
 
 @pytest.mark.slow

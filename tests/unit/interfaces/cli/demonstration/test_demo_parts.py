@@ -129,6 +129,16 @@ def test_lines_show_the_estimate_with_its_sigma_and_the_table_its_error() -> Non
     assert bias_table(view.lines).row_count == 2
 
 
+@pytest.mark.parametrize(
+    ("estimate", "colour"),
+    [(189.0, "green"), (181.0, "green"), (189.1, "yellow"), (180.9, "yellow")],
+)
+def test_an_error_within_two_sigmas_is_green(estimate: float, colour: str) -> None:
+    line = BiasLine("26-10", "range_offset_m", 185.0)
+    line.update(estimate, 2.0)
+    assert [*bias_table([line]).columns[5].cells] == [f"[{colour}]{estimate - 185.0:+.1f} m[/]"]
+
+
 def test_without_reports_identities_or_confirmed_tracks_nothing_is_compared() -> None:
     reports, updates = _reports([0.0, 10.0]), _updates([0.0, 4.0])
     assert position_accuracy(reports, pl.DataFrame()) is None
