@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, received
 from integration.page.test_browser import PICTURE, STORE, settled
 from integration.page.test_panels import sensors_with
 from multiradar.cli.main import EXIT_DONE, run
@@ -89,6 +89,8 @@ def test_direction_finders_have_sites_and_moving_ones_where_they_were(
         next(one for one in sensors if one["id"] == "df-south")["latitude_deg"] = None
 
     sensors_with(page, moving)
+    # However long ago the traffic was sent: names have no mark.
+    received(page, 1.0)
     opened(page, jammed.url)
     settled(page, f"{NAMES}.length === 4")
     names = page.evaluate(f"{NAMES}")
