@@ -95,7 +95,7 @@ def _reports_as_text(names: str) -> Callable[[Sample, Path], None]:
 
 
 def _reported_motion(head: str, **factors: float) -> Callable[[Sample, Path], None]:
-    """Return a function that writes ADS-B reports with speeds and vertical rates as text.
+    """Return a function that writes ADS-B reports with the motion of the aircraft as text.
 
     The columns are in knots, feet and feet per minute, times a factor.
     """
@@ -112,13 +112,14 @@ def _reported_motion(head: str, **factors: float) -> Callable[[Sample, Path], No
         rows = frame.select(
             _TIME,
             "latitude_deg",
-            "longitude_deg",
+            pl.col("longitude_deg") * factors.get("longitude", 1.0),
             over,
             pl.col("height_m") / FOOT_M * factors.get("height", 1.0),
             (speed * factors.get("speed", 1.0)).alias("speed"),
             (rate * factors.get("rate", 1.0)).alias("rate"),
+            (pl.arctan2(east_m, north_m).degrees() % 360.0).alias("track"),
         ).sort("time_s")
-        text = f"time,lat,lon,icao24,{head}\n"
+        text = f"time,lat,lon,icao24,{head},track\n"
         (folder / "adsb.csv").write_text(text + rows.write_csv(include_header=False))
 
     return made
@@ -210,6 +211,13 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _reports_as_text("lon,lat"),
         ("convert", "adsb", "adsb.csv", "--out", "out"),
         message=("adsb: latitude and longitude are probably swapped",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: longitudes of ADS-B with the wrong sign",
+        _reported_motion("altitude,groundspeed,vertical_rate", longitude=-1.0),
+        _CONVERT_ADSB,
+        message=("adsb: its longitudes probably have the wrong sign",),
         sensors=("adsb",),
     ),
     Mistake(

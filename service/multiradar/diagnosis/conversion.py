@@ -52,7 +52,7 @@ from multiradar.diagnosis.evidence import (
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.reported_motion import COLUMNS as MOTION_COLUMNS
-from multiradar.diagnosis.motion.reported_motion import check_reported_motion
+from multiradar.diagnosis.motion.reported_motion import check_courses, check_reported_motion
 from multiradar.diagnosis.motion.reports import check_reports
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
@@ -153,7 +153,12 @@ def diagnose_conversion(
             found += _copies(name, rows)
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
-        found += check_reported(name, reports) or _of_motion(measurements, name)
+        moving = _motion(measurements, name)
+        found += (
+            check_courses(name, moving)
+            or check_reported(name, reports)
+            or check_reported_motion(name, moving)
+        )
     # The tables may show which positions are wrong.
     certain = [one for one in found if one.code != _POSITIONS_DIFFER]
     of_tables = _of_dump(measurements, report, sources, tracks, certain)
@@ -192,12 +197,12 @@ def check_plots(name: str, plots: Plots) -> list[Diagnosis]:
     return _of_units(name, plots, 0.0)
 
 
-def _of_motion(measurements: Path, name: str) -> list[Diagnosis]:
+# Reports with the motion that the aircraft report.
+def _motion(measurements: Path, name: str) -> pl.DataFrame:
     scan = pl.scan_parquet(measurements)
     wanted = [*COLUMNS, *(one for one in MOTION_COLUMNS if one in scan.collect_schema().names())]
     chosen = pl.col("sensor_id").eq(name) & pl.col("kind").is_in(["adsb", "mlat"])
-    rows = scan.filter(chosen).select(wanted).head(ROWS_MAX).collect()
-    return check_reported_motion(name, rows)
+    return scan.filter(chosen).select(wanted).head(ROWS_MAX).collect()
 
 
 # The tables of a dump against each other, where none is wrong by itself.

@@ -1,4 +1,4 @@
-"""Speeds and vertical rates that aircraft report, against their positions and heights."""
+"""Motion that aircraft report, against their positions and heights."""
 
 import numpy as np
 import polars as pl
@@ -6,7 +6,7 @@ import polars as pl
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.vertical_rates import pairs_apart
-from multiradar.diagnosis.plots import Floats, plots_of, reported
+from multiradar.diagnosis.plots import Floats, Integers, Plots, plots_of, reported
 from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 #: Time between the two reports that are compared, s, and change of height, m, and speeds, m/s, that
@@ -25,6 +25,7 @@ _SPEED_UNITS = {
     ("km/h", "m/s"): _KILOMETRE_PER_HOUR_MPS,
     ("km/h", "knots"): _KILOMETRE_PER_HOUR_MPS / KNOT_MPS,
 }
+_SIGNS = {"latitude": "northern latitudes", "longitude": "eastern longitudes"}
 #: Rate of the heights over reported vertical rate, by the column at fault, its unit and the other.
 _RATE_UNITS = {
     ("heights", "metres", "feet"): FOOT_M,
@@ -35,7 +36,13 @@ _RATE_UNITS = {
     ("heights and vertical rates", "feet and ft/min", "metres and m/s"): 1.0 / 60.0,
 }
 #: Columns that are used, beside those of `plots_of`.
-COLUMNS = ("ground_speed_m_s", "vertical_rate_m_s")
+COLUMNS = ("ground_speed_m_s", "vertical_rate_m_s", "track_angle_deg")
+#: Difference between course and reported track angle that still agrees, and change of the track
+#: angle between the two reports, degrees.
+_COURSE_WITHIN_DEG, _TURNED_MAX_DEG = 30.0, 20.0
+#: Share of agreeing courses of right columns, and of the most of wrong ones; courses along one line
+#: may agree with both.
+_AGREE_MIN, _AGREE_MAX = 0.9, 0.7
 
 
 def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
@@ -50,14 +57,8 @@ def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     """
     if not set(COLUMNS) & set(frame.columns):
         return []
-    plots = plots_of(frame)
-    aircraft = plots.keys[:, :2].max(axis=1)
-    named = np.flatnonzero(aircraft >= 0)
-    first, last = pairs_apart(plots.time_s[named], aircraft[named], APART_MIN_S, APART_MAX_S)
-    first, last = named[first], named[last]
+    plots, first, last, flown_mps = _legs(frame)
     apart_s = plots.time_s[last] - plots.time_s[first]
-    where = reported(plots)
-    flown_mps = np.linalg.norm(where[last] - where[first], axis=1) / apart_s
     climbed_m = plots.height_m[last] - plots.height_m[first]
     found = []
     speed_mps = _column(frame, "ground_speed_m_s")
@@ -75,10 +76,85 @@ def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     return found
 
 
+def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
+    """Diagnose positions swapped or of the wrong sign by the track angles that aircraft report.
+
+    Either mistake mirrors the courses, so it shows without any other sensor.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    frame : DataFrame
+        Its reports; those of `COLUMNS` may be missing.
+    """
+    track_deg = _column(frame, "track_angle_deg")
+    if track_deg is None:
+        return []
+    plots, first, last, flown_mps = _legs(frame)
+    turned_deg = _difference(track_deg[last], track_deg[first])
+    straight = (flown_mps >= SPEED_MIN_MPS) & (np.abs(turned_deg) <= _TURNED_MAX_DEG)
+    first, last = first[straight], last[straight]
+    if len(first) < TESTED_MIN:
+        return []
+    middle_deg = track_deg[first] + 0.5 * turned_deg[straight]
+    latitude, longitude = plots.latitude_deg, plots.longitude_deg
+    shares = {
+        what: float(np.mean(np.abs(_difference(course, middle_deg)) <= _COURSE_WITHIN_DEG))
+        for what, course in {
+            "": _courses(latitude, longitude, first, last),
+            "swapped": _courses(longitude, latitude, first, last),
+            "latitude": _courses(-latitude, longitude, first, last),
+            "longitude": _courses(latitude, -longitude, first, last),
+        }.items()
+    }
+    given = shares.pop("")
+    what = max(shares, key=shares.__getitem__)
+    if given > _AGREE_MAX or shares[what] < _AGREE_MIN:
+        return []
+    if what == "swapped":
+        code, cause = "columns_exchanged", "latitude and longitude are probably swapped"
+        remedy, then = "swap the columns", "if they are swapped"
+    else:
+        code, cause = "position_sign", f"its {what}s probably have the wrong sign"
+        remedy, then = f"write {_SIGNS[what]} as positive numbers", "with the other sign"
+    return [
+        Diagnosis(
+            name,
+            code,
+            f"{name}: {cause}: {given:.0%} of the courses of its aircraft agree with the track "
+            f"angles they report, and {shares[what]:.0%} {then}; {remedy}",
+        )
+    ]
+
+
+# Pairs of reports of one aircraft, and the speed between them, m/s.
+def _legs(frame: pl.DataFrame) -> tuple[Plots, Integers, Integers, Floats]:
+    plots = plots_of(frame)
+    aircraft = plots.keys[:, :2].max(axis=1)
+    named = np.flatnonzero(aircraft >= 0)
+    first, last = pairs_apart(plots.time_s[named], aircraft[named], APART_MIN_S, APART_MAX_S)
+    first, last = named[first], named[last]
+    where = reported(plots)
+    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
+    return plots, first, last, flown_m / (plots.time_s[last] - plots.time_s[first])
+
+
 def _column(frame: pl.DataFrame, column: str) -> Floats | None:
     if column not in frame.columns:
         return None
     return frame[column].cast(pl.Float64).fill_null(np.nan).to_numpy()
+
+
+# Courses between two reports, degrees clockwise from north.
+def _courses(latitude: Floats, longitude: Floats, first: Integers, last: Integers) -> Floats:
+    middle = np.radians(0.5 * (latitude[first] + latitude[last]))
+    east = _difference(longitude[last], longitude[first]) * np.cos(middle)
+    return np.degrees(np.arctan2(east, latitude[last] - latitude[first]))
+
+
+def _difference(angle_deg: Floats, other_deg: Floats) -> Floats:
+    return (angle_deg - other_deg + 180.0) % 360.0 - 180.0
 
 
 def _of_speeds(name: str, ratios: Floats) -> list[Diagnosis]:

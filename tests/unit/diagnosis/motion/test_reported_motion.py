@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.motion.reported_motion import check_reported_motion
+from multiradar.diagnosis.motion.reported_motion import check_courses, check_reported_motion
 
 KNOT, FOOT_M = 1852.0 / 3600.0, 0.3048
 SPEED_MPS, RATE_MPS = 150.0, 8.0
@@ -83,3 +83,63 @@ def test_speeds_that_follow_no_unit_show_nothing() -> None:
     frame = reports()
     mixed = frame["ground_speed_m_s"].to_numpy() * rng.choice([0.3, 1.0, 2.5], frame.height)
     assert check_reported_motion("adsb", frame.with_columns(ground_speed_m_s=mixed)) == []
+
+
+def flown(*courses_deg: float, reported_deg: float = 0.0) -> pl.DataFrame:
+    """Return reports of an aircraft on each course, with track angles so far from it."""
+    parts = []
+    for number, course_deg in enumerate(courses_deg):
+        frame = reports().filter(pl.col("mode_s_address") == f"4b180{number % 5}")
+        distance = SPEED_MPS * frame["time_s"] / METRES_PER_DEGREE
+        course = np.radians(course_deg)
+        parts.append(
+            frame.with_columns(
+                latitude_deg=46.0 + distance * np.cos(course),
+                longitude_deg=7.0 + distance * np.sin(course) / np.cos(np.radians(46.0)),
+                track_angle_deg=pl.lit((course_deg + reported_deg) % 360.0),
+                mode_s_address=pl.lit(f"4b18{number:02}"),
+            )
+        )
+    return pl.concat(parts)
+
+
+COURSES_DEG = (5.0, 75.0, 160.0, 250.0, 310.0, 359.0)
+
+
+@pytest.mark.parametrize("off_deg", [0.0, -20.0, 20.0])
+def test_track_angles_near_the_courses_are_right(off_deg: float) -> None:
+    assert check_courses("adsb", flown(*COURSES_DEG, reported_deg=off_deg)) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "words"),
+    [
+        ({"latitude_deg": "longitude_deg", "longitude_deg": "latitude_deg"}, "columns_exchanged",
+         "latitude and longitude are probably swapped"),
+        ({"latitude_deg": "-latitude_deg"}, "position_sign",
+         "latitudes probably have the wrong sign"),
+        ({"longitude_deg": "-longitude_deg"}, "position_sign",
+         "longitudes probably have the wrong sign"),
+    ],
+)  # fmt: skip
+def test_positions_that_contradict_track_angles_are_named(
+    changes: dict[str, str], code: str, words: str
+) -> None:
+    columns = {
+        name: -pl.col(of[1:]) if of.startswith("-") else pl.col(of) for name, of in changes.items()
+    }
+    (found,) = check_courses("adsb", flown(*COURSES_DEG).with_columns(**columns))
+    assert (found.code, found.severity) == (code, "error")
+    assert words in found.sentence
+
+
+def test_courses_that_agree_both_ways_say_nothing() -> None:
+    frame = flown(45.0, 225.0, 45.0, 225.0)
+    swapped = frame.rename({"latitude_deg": "longitude_deg", "longitude_deg": "latitude_deg"})
+    assert check_courses("adsb", swapped) == []
+
+
+def test_track_angles_at_random_are_not_blamed_on_positions() -> None:
+    frame = flown(*COURSES_DEG)
+    angles = pl.Series((np.arange(len(frame)) // 12 * 97.0) % 360.0)
+    assert check_courses("adsb", frame.with_columns(track_angle_deg=angles)) == []
