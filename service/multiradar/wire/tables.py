@@ -181,8 +181,13 @@ def _names(numbers: NDArray[np.integer], names: tuple[str, ...]) -> pl.Series:
 def _frame(
     schema: pl.Schema, records: object, **translated: pl.Series | NDArray[Any]
 ) -> pl.DataFrame:
-    # Other columns have the same name and unit in the core; NaN is null.
+    # Other columns have the same name and unit in the core; NaN is null. Of arrays, polars would
+    # make series in threads that it starts for each table with more than 1000 rows.
     columns = {
         name: translated[name] if name in translated else getattr(records, name) for name in schema
     }
-    return pl.DataFrame(columns, schema=schema, nan_to_null=True)
+    series = {
+        name: one if isinstance(one, pl.Series) else pl.Series(name, one, nan_to_null=True)
+        for name, one in columns.items()
+    }
+    return pl.DataFrame(series, schema=schema)
