@@ -103,6 +103,8 @@ class StreamHub:
         bell = _Wakeup()
         subscription.set_wakeup(bell.set)
         last = subscription.after
+        # Tick in which a batch was sent that was not full.
+        sent_tick = -1
         try:
             while True:
                 bell.clear()
@@ -116,8 +118,10 @@ class StreamHub:
                     if not rung:
                         yield Batch(last, 0, b"")
                     else:
-                        await self._next_tick()
+                        await self._after_tick(sent_tick)
                     continue
+                if batch.last - last < self._limits.stream_batch_events_max:
+                    sent_tick = self._tick()
                 last = batch.last
                 STREAM_EVENTS.labels(transport=transport).inc(batch.count)
                 STREAM_GAPS.labels(transport=transport).inc(batch.gaps)
@@ -166,11 +170,15 @@ class StreamHub:
         if (batch is None or batch.gaps) and self._retained.get(key) is ended:
             del self._retained[key]
 
-    async def _next_tick(self) -> None:
-        # All clients wait for the same tick, so that they get the same events and share them.
-        interval_s = self._limits.stream_batch_interval_s
+    def _tick(self) -> int:
         now_s = asyncio.get_running_loop().time()
-        await asyncio.sleep((math.floor(now_s / interval_s) + 1) * interval_s - now_s)
+        return math.floor(now_s / self._limits.stream_batch_interval_s)
+
+    # The first events after a pause are sent at once, and those that follow are collected. All
+    # clients wait for the same tick, so that they get the same events and share them.
+    async def _after_tick(self, tick: int) -> None:
+        begin_s = (tick + 1) * self._limits.stream_batch_interval_s
+        await asyncio.sleep(max(0.0, begin_s - asyncio.get_running_loop().time()))
 
 
 class _Wakeup:

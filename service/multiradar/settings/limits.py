@@ -52,7 +52,8 @@ class HttpLimits:
     query_deadline_s : float
         Maximum time of an expensive query; beyond it 503.
     stream_batch_interval_s : float
-        Interval over which events are collected into a batch.
+        Interval over which events are collected into a batch, from the last batch on that was not
+        full.
     stream_batch_events_max : int
         Maximum events in a message of a stream.
     stream_heartbeat_s : float

@@ -229,7 +229,7 @@ class FakeView:
                 for number in range(first, first + count)
             ]
 
-        self.ring.append(count, encode)
+        self.ring.append(count, lambda begin, end: encode()[begin:end])
 
 
 @dataclass

@@ -54,12 +54,12 @@ class StreamingView(FakeView):
                 for place, track in enumerate(tracks)
             ]
 
-        self.ring.append(len(tracks), encode)
+        self.ring.append(len(tracks), lambda begin, end: encode()[begin:end])
 
     def publish_event(self, kind: str, key: str, payload: bytes) -> None:
         """Publish one event of another kind."""
         number = self.ring.head + 1
-        self.ring.append(1, lambda: [Event(number, kind, key, payload)])
+        self.ring.append(1, lambda _begin, _end: [Event(number, kind, key, payload)])
 
     def stream(
         self, count: int, tracks: int, per_s: float, joined: threading.Event | None = None

@@ -7,6 +7,7 @@ the events depend only on the journal.
 
 import json
 import math
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
@@ -109,18 +110,8 @@ def event_order(
     return order, kind[order]
 
 
-def encode_events(
-    first: int,
-    output: EngineOutput,
-    marks: StatusMarks,
-    order: NDArray[np.intp],
-    table: SensorTable,
-    *,
-    changes: NDArray[np.void],
-    delay_s: float | None,
-    regions: RegionMarks | None = None,
-) -> EventTable:
-    """Return the events of one output, or of a change of a sensor.
+class EventEncoder:
+    """Encodes the events of one output, or of a change of a sensor, part by part.
 
     Parameters
     ----------
@@ -131,7 +122,8 @@ def encode_events(
     marks : StatusMarks
         The status events.
     order : (n,) ndarray
-        Order of the events, from `event_order`.
+        Order of the events, from `event_order`: one for each bias record, ended track, status
+        mark, update and change.
     table : SensorTable
         The sensors.
     changes : (n,) ndarray
@@ -140,30 +132,81 @@ def encode_events(
         Time of the machine less data time at the output, s; each event has it.
     regions : RegionMarks, optional
         What is added to each update, in a service with neighbours.
-
-    Returns
-    -------
-    EventTable
-        One for each bias record, ended track, status mark, update and change.
     """
-    delay = "null" if delay_s is None else f"{delay_s:.2f}"
-    end = f',"data_delay_s":{delay}}}'
-    parts = (
-        _bias_events(output, table, end),
-        _ended_events(output, end),
-        _status_events(marks, end),
-        _track_events(output, table, regions, end),
-        _change_events(changes, table, end),
-    )
-    kinds = [kind for kind, keys, _ in parts for _ in keys]
-    every_key = [key for _, keys, _ in parts for key in keys]
-    payloads = [row for _, _, rows in parts for row in rows]
-    numbers = range(first, first + len(order))
-    if len(order) > 1:
-        chosen = itemgetter(*order.tolist())
-        kinds, every_key = list(chosen(kinds)), list(chosen(every_key))
-        payloads = list(chosen(payloads))
-    return EventTable(numbers, kinds, every_key, payloads)
+
+    def __init__(
+        self,
+        first: int,
+        output: EngineOutput,
+        marks: StatusMarks,
+        order: NDArray[np.intp],
+        table: SensorTable,
+        *,
+        changes: NDArray[np.void],
+        delay_s: float | None,
+        regions: RegionMarks | None = None,
+    ) -> None:
+        delay = "null" if delay_s is None else f"{delay_s:.2f}"
+        self._end = f',"data_delay_s":{delay}}}'
+        self._first, self._order, self._table = first, order, table
+        self._output, self._marks, self._changes = output, marks, changes
+        self._regions = regions
+        # What all parts share is computed for the first one, by whichever thread that is.
+        self._lock = threading.Lock()
+        self._shared: _Shared | None = None
+
+    def part(self, begin: int, end: int) -> EventTable:
+        """Return the events at places begin…end; each is the same in any part."""
+        frame, before, after = self._of_all_parts()
+        order = self._order[begin:end]
+        # Of the concatenated classes, the updates stand between the others. The events of a class
+        # keep their order, so the updates of a part are consecutive.
+        first_update = sum(len(keys) for _, keys, _ in before)
+        first_after = first_update + len(frame)
+        updates = order[(order >= first_update) & (order < first_after)] - first_update
+        span = slice(int(updates[0]), int(updates[-1]) + 1) if len(updates) else slice(0, 0)
+        shift = np.where(order < first_after, span.start, len(frame) - len(updates))
+        places = np.where(order < first_update, order, order - shift).tolist()
+        parts = [*before, self._updates(frame, span), *after]
+        kinds = [kind for kind, keys, _ in parts for _ in keys]
+        every_key = [key for _, keys, _ in parts for key in keys]
+        payloads = [row for _, _, rows in parts for row in rows]
+        numbers = range(self._first + begin, self._first + end)
+        if len(places) > 1:
+            chosen = itemgetter(*places)
+            kinds, every_key = list(chosen(kinds)), list(chosen(every_key))
+            payloads = list(chosen(payloads))
+        else:
+            kinds, every_key = [kinds[one] for one in places], [every_key[one] for one in places]
+            payloads = [payloads[one] for one in places]
+        return EventTable(numbers, kinds, every_key, payloads)
+
+    def _of_all_parts(self) -> "_Shared":
+        with self._lock:
+            if self._shared is None:
+                output, table, end = self._output, self._table, self._end
+                before = (
+                    _bias_events(output, table, end),
+                    _ended_events(output, end),
+                    _status_events(self._marks, end),
+                )
+                frame = pl.DataFrame()
+                if len(output.updates):
+                    frame = _finite(wire.tracks_frame(output.updates, table))
+                self._shared = frame, before, (_change_events(self._changes, table, end),)
+            return self._shared
+
+    def _updates(self, frame: pl.DataFrame, span: slice) -> "_Part":
+        if span.start == span.stop:
+            return TRACK, [], []
+        ends: str | list[str] = self._end
+        if self._regions is not None:
+            name, marks = self._regions
+            ends = [more + self._end for more in mark_texts(name, marks[span])]
+        # As if all were encoded at once.
+        few = len(frame) <= _FEW_ROWS
+        rows = _finite_rows(frame[span], ends, one_by_one=few)
+        return TRACK, [str(one) for one in self._output.updates.track_id[span].tolist()], rows
 
 
 def change_rows(change: Mapping[str, Any], table: SensorTable) -> NDArray[np.void]:
@@ -201,9 +244,18 @@ def json_rows(frame: pl.DataFrame, ends: str | Sequence[str]) -> list[bytes]:
     """
     if not len(frame):
         return []
+    return _finite_rows(_finite(frame), ends, one_by_one=len(frame) <= _FEW_ROWS)
+
+
+def _finite(frame: pl.DataFrame) -> pl.DataFrame:
     floats = cs.float()
-    finite = frame.with_columns(pl.when(floats.is_finite()).then(floats).otherwise(None))
-    if len(finite) <= _FEW_ROWS:
+    return frame.with_columns(pl.when(floats.is_finite()).then(floats).otherwise(None))
+
+
+def _finite_rows(
+    finite: pl.DataFrame, ends: str | Sequence[str], *, one_by_one: bool
+) -> list[bytes]:
+    if one_by_one:
         each = [ends] * len(finite) if isinstance(ends, str) else ends
         texts = [
             json.dumps(row, separators=(",", ":"), allow_nan=False)
@@ -222,16 +274,8 @@ def _ended(text: str, end: str) -> bytes:
 
 # Kind, keys and JSON objects.
 _Part = tuple[str, list[str], list[bytes]]
-
-
-def _track_events(
-    output: EngineOutput, table: SensorTable, regions: RegionMarks | None, end: str
-) -> _Part:
-    if not len(output.updates):
-        return TRACK, [], []
-    ends = end if regions is None else [more + end for more in mark_texts(*regions)]
-    rows = json_rows(wire.tracks_frame(output.updates, table), ends)
-    return TRACK, [str(track) for track in output.updates.track_id.tolist()], rows
+# Rows of the updates, and the events of the classes before and after them.
+_Shared = tuple[pl.DataFrame, Sequence[_Part], Sequence[_Part]]
 
 
 def _bias_events(output: EngineOutput, table: SensorTable, end: str) -> _Part:

@@ -1,7 +1,8 @@
 """Numbered events, the bounded ring that keeps them, and the subscribers that read it.
 
 The engine's thread only appends. A chunk is encoded as JSON once, when the first subscriber reads
-it, in the thread of that subscriber. Readers never block the engine.
+it, in the thread of that subscriber. An output has several chunks, so that its first events do not
+wait for the encoding of its last ones. Readers never block the engine.
 """
 
 import threading
@@ -10,6 +11,9 @@ from collections import deque
 from collections.abc import Callable, Container, Iterator, Sequence
 from itertools import compress, islice
 from typing import NamedTuple, overload
+
+#: Events that are encoded together, at most.
+CHUNK_EVENTS = 500
 
 TRACK = "track"
 BIAS = "bias"
@@ -131,6 +135,10 @@ class EventTable(Sequence[Event]):
         return Event(self.numbers[place], self.kinds[place], self.keys[place], self.payloads[place])
 
 
+#: Returns the events of an output at places begin…end.
+Encode = Callable[[int, int], Sequence[Event]]
+
+
 class EventChunk:
     """Consecutive events of one output, encoded when first read.
 
@@ -138,16 +146,17 @@ class EventChunk:
     ----------
     first : int
         Sequence number of the first event.
-    count : int
-        Number of events.
+    begin, end : int
+        Places of the events in the output.
     encode : callable
-        Returns the events; called at most once.
+        Returns the events at places begin…end; called at most once.
     """
 
-    def __init__(self, first: int, count: int, encode: Callable[[], Sequence[Event]]) -> None:
+    def __init__(self, first: int, begin: int, end: int, encode: Encode) -> None:
         self.first = first
-        self.count = count
-        self._encode: Callable[[], Sequence[Event]] | None = encode
+        self.count = end - begin
+        self._span = begin, end
+        self._encode: Encode | None = encode
         self._events: Sequence[Event] = ()
         self._lock = threading.Lock()
 
@@ -160,7 +169,7 @@ class EventChunk:
         """Return the events, encoding them at the first call."""
         with self._lock:
             if self._encode is not None:
-                self._events = self._encode()
+                self._events = self._encode(*self._span)
                 # The arrays behind the encoder are not needed any more.
                 self._encode = None
             return self._events
@@ -200,10 +209,20 @@ class EventRing:
         """Number of open subscriptions."""
         return len(self._subscriptions)
 
-    def append(self, count: int, encode: Callable[[], Sequence[Event]]) -> None:
-        """Add the next `count` events, to be encoded when read, and wake readers."""
+    def append(self, count: int, encode: Encode) -> None:
+        """Add the next `count` events, to be encoded when read, and wake readers.
+
+        Parameters
+        ----------
+        count : int
+            Number of events.
+        encode : callable
+            Returns those at places begin…end of them; called once for each part.
+        """
         with self._lock:
-            self._chunks.append(EventChunk(self._head + 1, count, encode))
+            for begin in range(0, count, CHUNK_EVENTS):
+                end = min(begin + CHUNK_EVENTS, count)
+                self._chunks.append(EventChunk(self._head + 1 + begin, begin, end, encode))
             self._head += count
             self._held += count
             while self._held - self._chunks[0].count >= self._events_max:

@@ -13,9 +13,9 @@ from multiradar.runtime.stream.event_encoding import (
     CHANGE_DTYPE,
     EVENT_KINDS,
     SENSOR_EVENT,
+    EventEncoder,
     StatusMarks,
     change_rows,
-    encode_events,
     event_order,
     status_marks,
 )
@@ -36,8 +36,8 @@ from multiradar.tracking.outputs import (
 STATUS_DTYPE = np.dtype([("time_s", np.float64), ("updates", np.int64)])
 _NO_MARKS = StatusMarks(np.empty(0), np.empty(0, np.int64))
 _NO_CHANGES = np.empty(0, CHANGE_DTYPE)
-# Events that are restored as one chunk.
-_CHUNK_EVENTS = 8192
+# Events that are restored together.
+_RESTORED_EVENTS = 8192
 
 
 class OutputEvents:
@@ -161,8 +161,8 @@ class OutputEvents:
             raise StateError(f"expected {counts} event rows, by kind, found fewer")
         self.ring.clear(self._kinds.appended - len(kinds))
         begin = np.array([len(table) for table in tables]) - counts
-        for first in range(0, len(kinds), _CHUNK_EVENTS):
-            chunk = kinds[first : first + _CHUNK_EVENTS]
+        for first in range(0, len(kinds), _RESTORED_EVENTS):
+            chunk = kinds[first : first + _RESTORED_EVENTS]
             end = begin + np.bincount(chunk, minlength=EVENT_KINDS)
             span = slice(*(int(one) - first_update for one in (begin[3], end[3])))
             self._refill(
@@ -207,19 +207,10 @@ class OutputEvents:
         regions = None
         if self._region is not None and of_regions is not None:
             regions = RegionMarks(self._region, of_regions)
-        self.ring.append(
-            len(order),
-            lambda: encode_events(
-                first,
-                output,
-                marks,
-                order,
-                table,
-                changes=changes,
-                delay_s=delay_s,
-                regions=regions,
-            ),
+        encoder = EventEncoder(
+            first, output, marks, order, table, changes=changes, delay_s=delay_s, regions=regions
         )
+        self.ring.append(len(order), encoder.part)
 
 
 def _mark_rows(marks: StatusMarks) -> NDArray[np.void]:

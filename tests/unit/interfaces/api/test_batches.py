@@ -145,3 +145,27 @@ async def test_after_a_replay_a_number_has_another_batch() -> None:
     view.ring.clear()
     view.add_events(3)
     assert await _batches(hub, encoding, 1) == [(3, 3, b"3")]
+
+
+async def test_events_after_a_pause_are_sent_at_once_and_further_ones_collected() -> None:
+    """All waited for the next tick, half of the interval in the mean."""
+    view, encoding = FakeView(), _Encoding()
+    encoding.may_end.set()
+    hub = StreamHub(view, Workers(2), HttpLimits(stream_batch_interval_s=86_400.0))
+    kinds = frozenset({"track"})
+    first = hub.batches("websocket", 0, kinds, encoding)
+    asked = asyncio.ensure_future(anext(first))
+    await asyncio.sleep(0)
+    view.add_events(2)
+    assert (await asked).last == 2
+    asked = asyncio.ensure_future(anext(first))
+    view.add_events(1)
+    # One that is new at the same time has not had its first batch.
+    other = hub.batches("websocket", 2, kinds, encoding)
+    assert (await anext(other)).last == 3
+    assert not asked.done()
+    asked.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await asked
+    for one in (first, other):
+        await one.aclose()

@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import pytest
 
@@ -10,6 +10,7 @@ from multiradar.runtime.stream.events import (
     BIAS,
     GAP,
     TRACK,
+    Encode,
     Event,
     EventRing,
     EventTable,
@@ -18,13 +19,15 @@ from multiradar.runtime.stream.events import (
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 
 
-def _events(first: int, count: int) -> Callable[[], Sequence[Event]]:
-    return lambda: [Event(n, TRACK, str(n), b"{}") for n in range(first, first + count)]
+def _events(first: int) -> Encode:
+    return lambda begin, end: [
+        Event(n, TRACK, str(n), b"{}") for n in range(first + begin, first + end)
+    ]
 
 
 def _fill(ring: EventRing, *counts: int) -> None:
     for count in counts:
-        ring.append(count, _events(ring.head + 1, count))
+        ring.append(count, _events(ring.head + 1))
 
 
 def _numbers(events: Sequence[Event]) -> list[int]:
@@ -108,7 +111,7 @@ def test_a_number_of_another_journal_is_answered_with_a_gap() -> None:
 def test_events_are_encoded_once_and_only_when_read() -> None:
     ring, encoded = EventRing(100), []
 
-    def encode() -> list[Event]:
+    def encode(_begin: int, _end: int) -> list[Event]:
         encoded.append(ring.head)
         return [Event(1, TRACK, "1", b"{}")]
 
@@ -123,7 +126,10 @@ def test_columns_are_those_of_the_events() -> None:
     ring = EventRing(3)
     _fill(ring, 3)
     ring.append(
-        3, lambda: [Event(one, BIAS if one == 5 else TRACK, "9", b"{}") for one in (4, 5, 6)]
+        3,
+        lambda _begin, _end: [
+            Event(one, BIAS if one == 5 else TRACK, "9", b"{}") for one in (4, 5, 6)
+        ],
     )
     events, table = ring.subscribe(1, 9).poll(9), ring.subscribe(1, 9).poll_table(9)
     # Two of the first chunk are lost with it.
