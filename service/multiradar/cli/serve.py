@@ -1,6 +1,7 @@
 """`multiradar serve`: the service, until it is stopped."""
 
 import gc
+import sys
 import threading
 from enum import StrEnum
 from pathlib import Path
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from multiradar.settings.service import Settings
 
 
+#: Interval after which a thread yields the interpreter to another one, s. With that of Python,
+#: 5 ms, the engine waits longer beside a diagnosis or an encoder, after each of its kernels.
+SWITCH_INTERVAL_S = 0.001
 #: Objects between collections of garbage, and collections between those of older objects.
 GC_THRESHOLDS = (10_000, 10, 10)
 
@@ -206,6 +210,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             gc.collect()
             gc.freeze()
             gc.set_threshold(*GC_THRESHOLDS)
+            sys.setswitchinterval(SWITCH_INTERVAL_S)
             stop.started()
             _print_addresses(application, json_wanted)
             # Large messages leave unused memory behind.

@@ -3,7 +3,9 @@
 Measurements are gathered over a window of data time. At the second check after its end, when the
 engine has processed the last of them, a separate thread diagnoses them, and the next window starts.
 The end of a stream ends the window at once: no measurements follow that would end it.
-No other thread waits for it, and no output depends on it. Findings hold as in `HeldFindings`.
+No other thread waits for it, and no output depends on it. Its thread pauses between pieces, so that
+it uses a fraction of a core and leaves the rest to the engine; a stop abandons it. Findings hold as
+in `HeldFindings`.
 """
 
 import json
@@ -18,6 +20,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.clock import Clock, SystemClock
 from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.held_findings import HeldFindings
@@ -37,6 +40,11 @@ UNKNOWN_MAX = 100
 REMAINDER_MIN_S = 30.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
+#: Fraction of the time in which a diagnosis runs: one of 105 sensors takes 50 s of CPU time for
+#: each minute of data, which delayed the output of the engine on two cores.
+BUSY_SHARE = 0.25
+#: It pauses after pieces of this duration, for at most so long, s.
+PIECE_S, PAUSE_MAX_S = 0.02, 2.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night. A sensor that ends before the others is silent, which its
 #: alarm says until it sends again.
@@ -63,13 +71,18 @@ class LiveDiagnosis:
         Interval between checks for the end of a window, s.
     threads : Threads, optional
         Starts its thread; one of the system by default.
+    clock : Clock, optional
+        Times its pieces.
     """
 
     def __init__(
         self, sensors: SensorTable, data_time: Callable[[], float | None] = lambda: None,
-        period_s: float = PERIOD_S, threads: Threads | None = None,
+        period_s: float = PERIOD_S, threads: Threads | None = None, clock: Clock | None = None,
     ) -> None:  # fmt: skip
         self._threads = threads or SystemThreads()
+        self._clock = clock or SystemClock()
+        # When its thread continued after the last pause; None outside of it.
+        self._continued_s: float | None = None
         self._sensors = sensors
         self._data_time = data_time
         self._period_s = period_s
@@ -195,7 +208,14 @@ class LiveDiagnosis:
     def _opened(self, sensors: SensorTable) -> Evidence:
         return Evidence(sensors, spreads_positions=True, proceed=self._proceed)
 
+    # Between two pieces of a diagnosis.
     def _proceed(self) -> None:
+        if self._continued_s is not None:
+            busy_s = self._clock.monotonic_s() - self._continued_s
+            if busy_s >= PIECE_S:
+                # Not after the end of a stream, which clients wait for: the event is set then.
+                self._waking.wait(min(busy_s * (1.0 / BUSY_SHARE - 1.0), PAUSE_MAX_S))
+                self._continued_s = self._clock.monotonic_s()
         if self._is_stopping:
             raise _StoppedError
 
@@ -212,6 +232,7 @@ class LiveDiagnosis:
                     if self._is_stopping:
                         return
                     self._waking = self._threads.event()
+            self._continued_s = self._clock.monotonic_s()
             try:
                 self.check()
             except Exception as error:

@@ -81,7 +81,7 @@ class Publication:
         self._known = Knowledge(sensors, tracking, limits)
         self._events = OutputEvents(sensors, limits)
         self.diagnosis = LiveDiagnosis(
-            sensors, data_time=lambda: self._known.data_time_s, threads=threads
+            sensors, lambda: self._known.data_time_s, threads=threads, clock=clock
         )
         self._readers: list[OutputReader] = [self.diagnosis]
         self._recorder: Recorder | None = None

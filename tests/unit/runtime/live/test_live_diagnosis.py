@@ -2,18 +2,27 @@
 
 import json
 import logging
+import threading
 from collections.abc import Callable
 from typing import Any
 
 import polars as pl
 import pytest
 
+from multiradar.clock import FixedClock
 from multiradar.diagnosis import findings, held_findings
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.held_findings import WINDOWS_MAX, HeldFindings
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.runtime.live import live_diagnosis
-from multiradar.runtime.live.live_diagnosis import REMAINDER_MIN_S, UNKNOWN_MAX, LiveDiagnosis
+from multiradar.runtime.live.live_diagnosis import (
+    BUSY_SHARE,
+    PIECE_S,
+    REMAINDER_MIN_S,
+    UNKNOWN_MAX,
+    LiveDiagnosis,
+)
+from multiradar.runtime.live.threads import SystemThreads
 from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.storage.entries import RejectedRow
 from support.fakes.engine_outputs import Update, output_of
@@ -281,3 +290,43 @@ def test_a_site_alarm_is_a_consequence_while_the_wrong_site_is_that_of_another_r
     add_findings(records, found)
     assert [one["health"] for one in records] == [health, {**health, "alarms": "noise"}]
     diagnosis.stop()
+
+
+class _Ticking(FixedClock):
+    # A clock that goes on with each look at it.
+    def monotonic_s(self) -> float:
+        self.advance(2.0 * PIECE_S)
+        return super().monotonic_s()
+
+
+class _Noted(threading.Event):
+    # An event that notes how long it was waited for, and does not wait.
+    def __init__(self, waits_s: list[float | None]) -> None:
+        super().__init__()
+        self._waits_s = waits_s
+
+    def wait(self, timeout: float | None = None) -> bool:
+        self._waits_s.append(timeout)
+        return self.is_set()
+
+
+class _NotedThreads(SystemThreads):
+    def __init__(self) -> None:
+        self.waits_s: list[float | None] = []
+
+    def event(self) -> _Noted:
+        return _Noted(self.waits_s)
+
+
+def test_a_diagnosis_leaves_most_of_a_core_to_the_engine() -> None:
+    """One of 105 sensors used more than a core, all the time."""
+    threads, period_s = _NotedThreads(), 3600.0
+    diagnosis = LiveDiagnosis(WRONG.table(), period_s=period_s, threads=threads, clock=_Ticking())
+    diagnosis.start()
+    diagnosis.record(WRONG.frame, ())
+    wait_until(diagnosis.records, "a finding")
+    diagnosis.stop()
+    pauses_s = [one for one in threads.waits_s if one != period_s]
+    assert len(pauses_s) > len(RADARS)
+    each_s = 2.0 * PIECE_S * (1.0 / BUSY_SHARE - 1.0)
+    assert pauses_s == pytest.approx([each_s] * len(pauses_s))
