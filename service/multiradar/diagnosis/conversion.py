@@ -154,10 +154,12 @@ def diagnose_conversion(
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
         moving = _motion(measurements, name)
+        courses = check_courses(name, moving)
         found += (
-            check_courses(name, moving)
+            [one for one in courses if one.severity == "error"]
             or check_reported(name, reports)
             or check_reported_motion(name, moving)
+            or courses
         )
     # The tables may show which positions are wrong.
     certain = [one for one in found if one.code != _POSITIONS_DIFFER]

@@ -79,7 +79,8 @@ def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
 def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     """Diagnose positions swapped or of the wrong sign by the track angles that aircraft report.
 
-    Either mistake mirrors the courses, so it shows without any other sensor.
+    Either mistake mirrors the courses, so it shows without any other sensor. Track angles that
+    agree with no such courses are a warning.
 
     Parameters
     ----------
@@ -88,18 +89,48 @@ def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     frame : DataFrame
         Its reports; those of `COLUMNS` may be missing.
     """
+    shares = _agreement(frame)
+    given = shares.pop("", 1.0)
+    if given > _AGREE_MAX:
+        return []
+    what = max(shares, key=shares.__getitem__)
+    agree = f"{given:.0%} of the courses of its aircraft agree with the track angles they report"
+    if shares[what] < _AGREE_MIN:
+        return [
+            Diagnosis(
+                name,
+                "track_angles",
+                f"{name}: its track angles are probably wrong: {agree}; correct or remove the "
+                "column",
+                "warning",
+            )
+        ]
+    if what == "swapped":
+        code, cause = "columns_exchanged", "latitude and longitude are probably swapped"
+        remedy, then = "swap the columns", "if they are swapped"
+    else:
+        code, cause = "position_sign", f"its {what}s probably have the wrong sign"
+        remedy, then = f"write {_SIGNS[what]} as positive numbers", "with the other sign"
+    return [
+        Diagnosis(name, code, f"{name}: {cause}: {agree}, and {shares[what]:.0%} {then}; {remedy}")
+    ]
+
+
+# Share of courses that agree with the reported track angles: as given, and after each correction;
+# empty if there are too few.
+def _agreement(frame: pl.DataFrame) -> dict[str, float]:
     track_deg = _column(frame, "track_angle_deg")
     if track_deg is None:
-        return []
+        return {}
     plots, first, last, flown_mps = _legs(frame)
     turned_deg = _difference(track_deg[last], track_deg[first])
     straight = (flown_mps >= SPEED_MIN_MPS) & (np.abs(turned_deg) <= _TURNED_MAX_DEG)
     first, last = first[straight], last[straight]
     if len(first) < TESTED_MIN:
-        return []
+        return {}
     middle_deg = track_deg[first] + 0.5 * turned_deg[straight]
     latitude, longitude = plots.latitude_deg, plots.longitude_deg
-    shares = {
+    return {
         what: float(np.mean(np.abs(_difference(course, middle_deg)) <= _COURSE_WITHIN_DEG))
         for what, course in {
             "": _courses(latitude, longitude, first, last),
@@ -108,24 +139,6 @@ def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
             "longitude": _courses(latitude, -longitude, first, last),
         }.items()
     }
-    given = shares.pop("")
-    what = max(shares, key=shares.__getitem__)
-    if given > _AGREE_MAX or shares[what] < _AGREE_MIN:
-        return []
-    if what == "swapped":
-        code, cause = "columns_exchanged", "latitude and longitude are probably swapped"
-        remedy, then = "swap the columns", "if they are swapped"
-    else:
-        code, cause = "position_sign", f"its {what}s probably have the wrong sign"
-        remedy, then = f"write {_SIGNS[what]} as positive numbers", "with the other sign"
-    return [
-        Diagnosis(
-            name,
-            code,
-            f"{name}: {cause}: {given:.0%} of the courses of its aircraft agree with the track "
-            f"angles they report, and {shares[what]:.0%} {then}; {remedy}",
-        )
-    ]
 
 
 # Pairs of reports of one aircraft, and the speed between them, m/s.

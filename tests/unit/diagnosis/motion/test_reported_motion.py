@@ -142,4 +142,6 @@ def test_courses_that_agree_both_ways_say_nothing() -> None:
 def test_track_angles_at_random_are_not_blamed_on_positions() -> None:
     frame = flown(*COURSES_DEG)
     angles = pl.Series((np.arange(len(frame)) // 12 * 97.0) % 360.0)
-    assert check_courses("adsb", frame.with_columns(track_angle_deg=angles)) == []
+    (found,) = check_courses("adsb", frame.with_columns(track_angle_deg=angles))
+    assert (found.code, found.severity) == ("track_angles", "warning")
+    assert "its track angles are probably wrong" in found.sentence
