@@ -196,6 +196,13 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         sensors=SENSORS,
     ),
     Mistake(
+        "times in half seconds",
+        plots(time_s=0.5 * (2.0 * _TIME).floor()),
+        status=0,
+        message=("26-10: its times probably lack fractions of a second", "multiples of 0.5 s"),
+        sensors=SENSORS,
+    ),
+    Mistake(
         "a date that leaps by a day",
         _days(days=1.0),
         message=("the times probably jump by a day",),

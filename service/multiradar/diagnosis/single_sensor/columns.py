@@ -29,8 +29,10 @@ _WHOLE_CIRCLE_DEG = 180.0, 360.5
 _SCANS_MIN = 3.0
 #: Tolerance of a ratio of scan periods: missed detections lengthen the median.
 _RATIO_WITHIN = 0.05
-#: Resolutions of times that are too coarse, s, and plots that show one.
-_RESOLUTIONS_S, _RESOLUTION_PLOTS = (256.0, 128.0, 64.0, 60.0, 32.0, 10.0, 1.0), 100
+#: Resolutions of times that are too coarse, s, and plots that show one; the error of a finer one
+#: than the second is that of a range: a warning.
+_RESOLUTIONS_S, _RESOLUTION_PLOTS = (256.0, 128.0, 64.0, 60.0, 32.0, 10.0, 1.0, 0.5), 100
+_RESOLUTION_ERROR_S = 1.0
 #: ... of which those of Unix times in 32 bits since 1970, s.
 _FLOAT32_S = (256.0, 128.0, 64.0, 32.0)
 #: Ratios of measured to configured scan periods within this of each other have one cause.
@@ -211,6 +213,7 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
         f"{name}: its times probably lack fractions of a second: all are multiples of "
         f"{resolution_s:g} s, in which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write "
         "the times with at least two decimals",
+        "error" if resolution_s >= _RESOLUTION_ERROR_S else "warning",
     )
 
 

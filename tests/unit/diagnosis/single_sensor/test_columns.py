@@ -48,6 +48,10 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
             "time_resolution", "all are multiples of 1 s, in which an aircraft flies 250 m",
         ),
         (
+            lambda one: one.changed(NAME, time_s=0.5 * (2.0 * TIME).floor()),
+            "time_resolution", "all are multiples of 0.5 s, in which an aircraft flies 125 m",
+        ),
+        (
             lambda one: one.changed(NAME, time_s=10.0 * (TIME / 10.0).floor()),
             "time_resolution", "all are multiples of 10 s",
         ),
