@@ -197,7 +197,7 @@ def compared(
         wide_gate,
     )
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
-    from multiradar.toolbox.evaluation.inputs import radar_plots
+    from multiradar.toolbox.evaluation.inputs import recorded_rows
     from multiradar.toolbox.evaluation.tracked import (
         read_biases,
         read_forecasts,
@@ -216,7 +216,7 @@ def compared(
         warn(sentence, DataWarning)
     evaluated = read_tracks(tracks, known, settings)
     listed = () if sensors is None else read_sensors(sensors).sensor
-    plots = radar_plots(chosen.plots())
+    rows = recorded_rows(chosen.plots(), may_be_empty=chosen.measurements is None)
     card = evaluate_tracks(
         evaluated,
         known.reference,
@@ -225,7 +225,7 @@ def compared(
         plots=known.plots,
         biases=read_biases(tracks, known),
         sensors=listed,
-        radar_plots=plots,
+        radar_plots=None if rows is None else rows.filter(kind="radar"),
         forecasts=read_forecasts(tracks),
     )
     late = time_offset(card.instants, settings.gate_m)
@@ -242,7 +242,7 @@ def compared(
     named_alike = {one.id for one in listed if one.kind != "adsb"}
     sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
     offset = common_offset(card.errors)
-    findings += _of_other_recordings(evaluated, chosen, listed, plots)
+    findings += _of_other_recordings(evaluated, chosen, listed, rows)
     if offset is not None:
         (findings if offset.dominates else sentences).append(offset.sentence)
     for sentence in sentences:
@@ -267,19 +267,17 @@ def _of_other_recordings(
     tracks: "Tracks",
     chosen: References,
     sensors: "Sequence[Sensor]",
-    plots: "pl.DataFrame | None",
+    rows: "pl.DataFrame | None",
 ) -> list[str]:
     from multiradar.evaluation.reference_checks import of_another_recording, of_other_sensors
-    from multiradar.toolbox.evaluation.inputs import measured_times
 
     found: list[str] = []
     if chosen.sensors is not None:
         names: set[str] = set().union(*(one.all_names() for one in sensors))
-        radars = [] if plots is None else plots["sensor_id"].unique().to_list()
+        radars = [] if rows is None else rows.filter(kind="radar")["sensor_id"].unique().to_list()
         found += of_other_sensors(tracks, radars, names, chosen.sensors)
-    if chosen.measurements is not None:
-        measured = measured_times(chosen.measurements)
-        found += of_another_recording(tracks, measured, chosen.measurements)
+    if chosen.measurements is not None and rows is not None:
+        found += of_another_recording(tracks, rows, chosen.measurements)
     return found
 
 

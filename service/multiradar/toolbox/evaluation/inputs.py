@@ -298,18 +298,20 @@ def read_smoothed(
     )
 
 
-def radar_plots(given: Path | None) -> pl.DataFrame | None:
-    """Read the plots of the radars of a recording.
+def recorded_rows(given: Path | None, *, may_be_empty: bool) -> pl.DataFrame | None:
+    """Read a recording as far as an evaluation compares with it.
 
     Parameters
     ----------
     given : Path, optional
         The folder that `convert` or `simulate` made, or its `measurements.parquet`.
+    may_be_empty : bool
+        Whether it may have no rows: system tracks may come with an empty table of measurements.
 
     Returns
     -------
     DataFrame or None
-        Columns of `PLOT_COLUMNS`; None if nothing is given, or it has no rows.
+        ``kind`` and the columns of `PLOT_COLUMNS`; None if nothing is given, or it has no rows.
 
     Raises
     ------
@@ -319,17 +321,10 @@ def radar_plots(given: Path | None) -> pl.DataFrame | None:
     from multiradar.evaluation.sensor_differences import PLOT_COLUMNS
     from multiradar.storage.recording import Recording, measurements_path
 
-    # System tracks may come with an empty table of measurements.
-    if given is None or Recording(measurements_path(given)).rows == 0:
+    if given is None or (may_be_empty and Recording(measurements_path(given)).rows == 0):
         return None
     frame, _ = _measurements(given)
-    return frame.filter(pl.col("kind") == "radar").select(PLOT_COLUMNS)
-
-
-def measured_times(given: Path) -> pl.DataFrame:
-    """Read ``time_s`` and ``sensor_id`` of a recording; parameters and errors of `radar_plots`."""
-    frame, _ = _measurements(given)
-    return frame.select("time_s", "sensor_id")
+    return frame.select("kind", *PLOT_COLUMNS)
 
 
 # What makes the measurements unfit for a reference; names are compared by `_warn_of_unknown`.
