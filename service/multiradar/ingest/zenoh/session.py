@@ -309,7 +309,6 @@ class ZenohBus:
         """Close the session; its liveliness token disappears."""
         for declared in self._declared:
             declared.undeclare()
-        self._declared.clear()
         self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
 
 

@@ -14,6 +14,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink, Sink, open_sink
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
+from multiradar.runtime.asterix.cycles import Cycles
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.output_feed import FeedItem, OutputFeed
 from multiradar.settings.asterix_output import AsterixOutputSettings
@@ -85,6 +86,21 @@ def test_nothing_is_sent_of_what_the_journal_says_again() -> None:
         other.step(FeedItem(output))
     assert whole.blocks[-2:] == sink.blocks[-2:]
     assert len(sink.blocks) < len(whole.blocks)
+
+
+def test_reports_of_the_time_that_the_journal_reached_are_not_sent() -> None:
+    made = outputs(1200, 6)
+    channel = Channel(ChannelOptions(SENDER, status_period_s=4.0))
+    cycles = Cycles(TABLE, TRACKING, [channel])
+    due = [one for output in made for one in cycles.push(output)]
+    reached_s = due[len(due) // 2].time_s
+    sink = MemorySink()
+    sending, _ = sender(sink)
+    sending.step(FeedItem(caught_up=True, reached_s=reached_s))
+    for output in made:
+        sending.step(FeedItem(output))
+    expected = [block for one in due if one.time_s > reached_s for block in one.blocks]
+    assert len(sink.blocks) == len(expected) > 0
 
 
 def test_after_a_failure_of_the_engine_nothing_is_reported_twice() -> None:

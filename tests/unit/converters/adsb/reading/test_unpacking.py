@@ -17,7 +17,10 @@ def test_text_and_gzip_are_read(tmp_path: Path) -> None:
     text = b"time,lat,lon\n" * 3
     for name, content in (("a.csv", text), ("a.csv.gz", gzip.compress(text))):
         (tmp_path / name).write_bytes(content)
-        assert _read(tmp_path / name) == text
+        unpacked, read = Unpacked(tmp_path / name), list[int]()
+        assert b"".join(read_text(unpacked, read.append)) == text
+        assert (unpacked.packed_bytes, unpacked.text_bytes) == (len(content), len(text))
+        assert (read[-1], unpacked.damage) == (len(content), "")
 
 
 @pytest.mark.parametrize(

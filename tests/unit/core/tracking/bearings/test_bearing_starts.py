@@ -5,7 +5,9 @@ import polars as pl
 import pytest
 
 from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.tracking.bearings import bearing_starts
 from multiradar.tracking.bearings.bearing_starts import share_max
+from multiradar.tracking.bearings.waiting_bearings import WaitingBearing
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, tracks_frame
@@ -87,6 +89,24 @@ def test_the_required_accuracy_increases_with_every_failed_attempt() -> None:
     # Independent attempts are every other entry.
     probability = np.exp(-(sigmas[::2] ** 2) / 2.0)
     assert probability.sum() < 5.0 * probability[0]
+
+
+def test_a_failed_attempt_is_repeated_after_an_eighth_more_of_its_time_span(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spans_s: list[float] = []
+
+    def fail(seen: list[WaitingBearing], *_: object) -> None:
+        spans_s.append(seen[-1].time_s + PERIOD_S - seen[0].time_s)
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(bearing_starts, "locate", fail)
+    of_one = of_one_moving_source(1, 150.0).filter(pl.col("track_number") == 0)
+    assert not len(tracked(of_one))
+    due_s = 1.12 * np.array(spans_s[:-1])
+    assert len(due_s) > 8
+    assert (spans_s[1:] >= due_s - 1e-6).all()
+    assert (spans_s[1:] < due_s + PERIOD_S).all()
 
 
 def crossing(target: Path) -> pl.DataFrame:

@@ -58,6 +58,14 @@ def test_a_service_prints_its_addresses_in_its_first_line(
     assert demo_service._first_line(process, lambda: None) == document
 
 
+@pytest.mark.parametrize(("log", "last"), [("", ""), ("\n", ""), ("one\ntwo\n\n", "two")])
+def test_the_last_line_of_the_log_says_what_is_waited_for(
+    tmp_path: Path, log: str, last: str
+) -> None:
+    (tmp_path / "log").write_text(log)
+    assert demo_service._last_line(tmp_path / "log") == last
+
+
 #: Metres per degree of latitude and of longitude at 50° north on WGS 84.
 NORTH_M, EAST_M = 111_229.0, 71_696.0
 

@@ -88,6 +88,26 @@ def test_every_row_has_the_same_columns_and_a_finite_value() -> None:
 
 
 @pytest.mark.slow
+def test_errors_at_a_time_have_their_nees_and_its_band() -> None:
+    timed = [row for row in small().rows if row["part"] == "tracking" and row["time_s"] is not None]
+    keys = ("model", "setting", "filter", "time_s")
+    by_quantity = {
+        quantity: [tuple(row[key] for key in keys) for row in timed if row["quantity"] == quantity]
+        for quantity in ("position_rms_m", "velocity_rms_mps", "nees")
+    }
+    assert by_quantity["nees"] == by_quantity["position_rms_m"] == by_quantity["velocity_rms_mps"]
+    assert len(by_quantity["nees"]) * 3 == len(timed) > 0
+    # Mean of 48 runs with 6 components, over 6: χ² with 288 degrees of freedom.
+    band = chi2.ppf([0.025, 0.975], 288) / 288
+    for row in timed:
+        if row["quantity"] == "nees":
+            assert row["expected"] == 1.0
+            assert [row["band_low"], row["band_high"]] == pytest.approx(band)
+        else:
+            assert row["band_low"] is row["band_high"] is None
+
+
+@pytest.mark.slow
 def test_a_choice_of_filters_changes_nothing_but_their_rows() -> None:
     some = small(("velocity-frame", "relative-speed"))
     kept = [
