@@ -11,6 +11,7 @@ transponder, height and track are common to its pairs (MacKinnon and White 1985;
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,27 @@ _ROUNDS, _STEPS, _SETTLED = 4, 40, 0.01
 _NOISE_STEPS = 30
 # Noise below this fraction of the configured sigma is not credible from few pairs.
 _NOISE_LEAST = 0.05
+
+
+class _Direction(NamedTuple):
+    """A direction of the pairs of a group.
+
+    Attributes
+    ----------
+    columns : list of int
+        Of the variances.
+    shares : (c, k) float64
+        Of each variance in that of the differences in this direction.
+    rest : (k,) float64
+        The variance of the rest, m².
+    direction : (k, 2) float64
+        Unit vectors.
+    """
+
+    columns: list[int]
+    shares: Floats
+    rest: Floats
+    direction: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +162,13 @@ def fit(problem: Problem, chosen: NDArray[np.bool_], noise: Noise | None = None)
     known = noise is not None
     variances = configured_noise(sensors) if noise is None else noise
     estimate = sensors.prior_mean.astype(np.float64)
+    directions = [] if known else [_directions(problem.pairs, one, sensors) for one in groups]
     for _ in range(1 if known else _ROUNDS):
         weights = [_inverse(covariances(problem.pairs, one, variances, sensors)) for one in groups]
         estimate = _solve(problem, groups, weights, estimate)
         if not known:
-            variances = _noise(problem, groups, estimate, variances)
+            residuals = _residuals(problem, groups, weights, estimate)
+            variances = _noise(sensors, directions, residuals, variances)
     covariance = _covariance(problem, groups, weights, estimate)
     return Alignment(estimate, covariance, variances)
 
@@ -188,38 +212,52 @@ def _trust(residual: Floats, weight: Floats) -> Floats:
     return np.asarray((FREEDOM + 2.0) / (FREEDOM + distance))
 
 
-def _noise(problem: Problem, groups: Sequence[Group], estimate: Floats, start: Noise) -> Noise:
+# Of each pair of a group, the residual and the residual as it is weighted.
+def _residuals(
+    problem: Problem, groups: Sequence[Group], weights: Sequence[Floats], estimate: Floats
+) -> list[tuple[Floats, Floats]]:
+    found = []
+    for one, weight in zip(groups, weights, strict=True):
+        residual = problem.pairs.apart_m[one.rows] - one.effects @ estimate[one.columns]
+        found.append((residual, _NORMAL * _trust(residual, weight)[:, None] * residual))
+    return found
+
+
+def _noise(
+    sensors: SensorTable,
+    directions: Sequence[list[_Direction]],
+    residuals: Sequence[tuple[Floats, Floats]],
+    start: Noise,
+) -> Noise:
     """Return the variances of the sensors with known biases.
 
     Each variance is multiplied until the residuals along and across both lines of sight are as
     large as expected.
     """
-    sensors, pairs = problem.sensors, problem.pairs
     count = len(sensors)
     # Columns: range, azimuth and position of each sensor.
     prior = configured_noise(sensors)
     first = np.concatenate([prior.range_m2, prior.azimuth_rad2, prior.position_m2])
     value = np.concatenate([start.range_m2, start.azimuth_rad2, start.position_m2])
-    parts = []
-    for one in groups:
-        residual = pairs.apart_m[one.rows] - one.effects @ estimate[one.columns]
-        weight = _inverse(covariances(pairs, one, start, sensors))
-        squared = _NORMAL * _trust(residual, weight)[:, None] * residual
-        parts += _components(pairs, one, sensors, residual, squared)
+    parts = [
+        (one.columns, one.shares, one.rest, _squares(one.direction, *pair))
+        for own, pair in zip(directions, residuals, strict=True)
+        for one in own
+    ]
     for _ in range(_NOISE_STEPS):
         above, below = NOISE_PAIRS * first / value**2, NOISE_PAIRS / value
         for columns, shares, rest, seen in parts:
-            expected = rest + shares @ value[columns]
-            above[columns] += shares.T @ (seen / expected**2)
-            below[columns] += shares.T @ (1.0 / expected)
+            inverse = 1.0 / (rest + value[columns] @ shares)
+            below[columns] += shares @ inverse
+            inverse *= inverse
+            inverse *= seen
+            above[columns] += shares @ inverse
         value = np.maximum(value * np.sqrt(above / below), _NOISE_LEAST**2 * first)
     return Noise(value[:count], value[count : 2 * count], value[2 * count :])
 
 
-# Of each direction: columns of the variances, their shares, the variance of the rest, the square.
-def _components(
-    pairs: Pairs, group: Group, sensors: SensorTable, residual: Floats, weighted: Floats
-) -> list[tuple[list[int], Floats, Floats, Floats]]:
+# Along and across both lines of sight.
+def _directions(pairs: Pairs, group: Group, sensors: SensorTable) -> list[_Direction]:
     count = len(sensors)
     one = Noise(np.ones(count), np.ones(count), np.ones(count))
     columns: list[int] = []
@@ -236,17 +274,21 @@ def _components(
         else:
             parts.append(np.broadcast_to(np.eye(2), (len(group.rows), 2, 2)))
             columns.append(2 * count + number)
-    found = []
-    for direction in directions:
-        shares = np.stack(
-            [np.einsum("ki,kij,kj->k", direction, part, direction) for part in parts], axis=1
-        )
-        other = np.einsum("ki,kij,kj->k", direction, rest, direction)
-        square = np.einsum("ki,ki->k", direction, residual) * np.einsum(
-            "ki,ki->k", direction, weighted
-        )
-        found.append((columns, shares, other, square))
-    return found
+    return [
+        _Direction(columns, np.stack([_within(each, part) for part in parts]),
+                   _within(each, rest), each)
+        for each in directions
+    ]  # fmt: skip
+
+
+# Variances in a direction.
+def _within(direction: Floats, covariance: Floats) -> Floats:
+    return np.asarray(np.einsum("ki,kij,kj->k", direction, covariance, direction))
+
+
+def _squares(direction: Floats, residual: Floats, weighted: Floats) -> Floats:
+    along = np.einsum("ki,ki->k", direction, residual)
+    return np.asarray(along * np.einsum("ki,ki->k", direction, weighted))
 
 
 def _covariance(

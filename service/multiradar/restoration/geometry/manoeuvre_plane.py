@@ -229,7 +229,7 @@ def _eigenproblem(points: Floats, d: Floats, alpha: Floats) -> Floats:
 
 # The best plane for a given normal: (1.7) with the weights of any covariances, (1.8) and (1.11).
 def _plane(points: Floats, d: Floats, normal: Floats) -> ManoeuvrePlane:
-    spread = np.einsum("nij,j->ni", d, normal)
+    spread = _times(d, normal)
     variance = spread @ normal
     along = points @ normal
     # About the mean of the points, which avoids cancellation in Λ far from the origin.
@@ -242,24 +242,27 @@ def _plane(points: Floats, d: Floats, normal: Floats) -> ManoeuvrePlane:
         distance_m=distance,
         statistic=float((miss**2 / variance).sum()),
         positions_m=positions,
-        normal_sigma_rad=_normal_sigma(positions, d, normal, variance),
+        normal_sigma_rad=_normal_sigma(positions, d, normal, spread),
     )
+
+
+# The product of each matrix and a vector.
+def _times(matrices: Floats, vector: Floats) -> Floats:
+    return np.asarray((matrices.reshape(-1, 3) @ vector).reshape(-1, 3))
 
 
 # Information H about the two tilts of the normal, and the mean contribution N of the noise to it:
 # the points scatter along the plane too. The tilts have the covariance (H − N)⁻¹ H (H − N)⁻¹, which
 # for one radar is that of principal components.
-def _normal_sigma(positions: Floats, d: Floats, normal: Floats, variance: Floats) -> float:
+def _normal_sigma(positions: Floats, d: Floats, normal: Floats, spread: Floats) -> float:
     tilts = _tilts(normal)
     flat = positions @ tilts
-    weight = 1.0 / variance
+    weight = 1.0 / (spread @ normal)
     flat = flat - weight @ flat / weight.sum()
-    information = np.einsum("n,ni,nj->ij", weight, flat, flat)
-    within = np.einsum("nij,ia,jb->nab", d, tilts, tilts)
-    cross = np.einsum("nij,ia,j->na", d, tilts, normal)
-    noise = np.einsum("n,nab->ab", weight, within) - np.einsum(
-        "n,na,nb->ab", weight**2, cross, cross
-    )
+    information = (weight[:, None] * flat).T @ flat
+    within = (weight @ d.reshape(-1, 9)).reshape(3, 3)
+    cross = weight[:, None] * (spread @ tilts)
+    noise = tilts.T @ within @ tilts - cross.T @ cross
     left = symmetric_part(information - noise)
     if not np.linalg.eigvalsh(left)[0] > 0.0:
         # The scatter is not above noise in some direction: the tilt about it is undetermined.
@@ -272,7 +275,7 @@ def _normal_sigma(positions: Floats, d: Floats, normal: Floats, variance: Floats
 # Gauss–Newton step of both tilts.
 def _gauss_newton(plane: ManoeuvrePlane, points: Floats, d: Floats) -> Floats:
     tilts = _tilts(plane.normal)
-    sigma = np.sqrt(np.einsum("i,nij,j->n", plane.normal, d, plane.normal))
+    sigma = np.sqrt(_times(d, plane.normal) @ plane.normal)
     residual = (points @ plane.normal - plane.distance_m) / sigma
     flat = (plane.positions_m - plane.positions_m.mean(axis=0)) @ tilts
     jacobian = np.column_stack([flat, -np.ones(len(flat))]) / sigma[:, None]
