@@ -94,11 +94,19 @@ def run_forked(
 
 
 def start_command(
-    arguments: Sequence[object], env: Mapping[str, str] | None, out: int, errors: int
+    arguments: Sequence[object],
+    env: Mapping[str, str] | None,
+    out: int,
+    errors: int,
+    folder: str | None = None,
 ) -> Forked:
-    """Start the command with open files as its standard output and standard error."""
+    """Start the command with open files as its standard output and standard error.
+
+    In a folder, or in that of this process.
+    """
     environment = dict(os.environ if env is None else env)
-    return fork(_command, [*map(str, arguments)], environment, streams={1: out, 2: errors})
+    streams = {1: out, 2: errors}
+    return fork(_command, [*map(str, arguments)], environment, folder, streams=streams)
 
 
 def fork(function: Callable[..., object], *arguments: object, streams: Mapping[int, int]) -> Forked:
@@ -165,7 +173,9 @@ def _call(
     function(*arguments)
 
 
-def _command(arguments: list[str], environment: dict[str, str]) -> None:
+def _command(arguments: list[str], environment: dict[str, str], folder: str | None = None) -> None:
+    if folder is not None:
+        os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
     # It is searched for again, as TMPDIR may differ.
