@@ -1,6 +1,7 @@
 """Merging of duplicate tracks: never into one that may be based on a false plot."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,16 @@ from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.association._grid_kernels import fill_grid
-from multiradar.tracking.association._merging_kernels import MEETINGS_NEEDED, find_merges
+from multiradar.tracking.association._merging_kernels import (
+    MEETINGS_NEEDED,
+    find_merges,
+    seen_by_one,
+)
 from multiradar.tracking.association.track_grid import RULE_COUNT, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.settings import TrackingSettings
+from support.kernels import plain
 
 OLDER, YOUNGER = 0, 1
 
@@ -62,3 +68,25 @@ def test_a_confirmed_track_is_merged_into_confirmed_ones_alone(
             )
         )  # fmt: skip
     assert max(counts) == int(merges)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "seen"),
+    [
+        # Within half of a scan of 4 s, the older one less than one and a half scans ago.
+        ([99.0, -np.inf], [97.1, -np.inf], True),
+        ([97.1, -np.inf], [99.0, -np.inf], True),
+        ([99.0, -np.inf], [97.0, -np.inf], False),
+        ([95.0, -np.inf], [94.1, -np.inf], True),
+        ([95.0, -np.inf], [94.0, -np.inf], False),
+        # By the other sensor, of 10 s.
+        ([99.0, 90.0], [90.0, 86.0], True),
+        ([-np.inf, -np.inf], [-np.inf, -np.inf], False),
+    ],
+)
+def test_two_tracks_in_one_scan_of_a_sensor_are_two_aircraft(
+    first: list[float], second: list[float], *, seen: bool
+) -> None:
+    life = SimpleNamespace(last_seen=np.array([first, second]))
+    with np.errstate(invalid="ignore"):
+        assert plain(seen_by_one)(100.0, OLDER, YOUNGER, np.array([4.0, 10.0]), life) == seen
