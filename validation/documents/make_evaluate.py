@@ -20,7 +20,7 @@ from multiradar.report.cells import plain_text
 from multiradar.report.content import Table, Value
 from multiradar.report.markdown import markdown_table
 from multiradar.report.plot_files import plot_svg
-from multiradar.toolbox.evaluation.inputs import radar_plots, read_reports, read_truth
+from multiradar.toolbox.evaluation.inputs import read_reports, read_truth, recorded_rows
 from multiradar.toolbox.evaluation.known import Known
 from multiradar.toolbox.evaluation.tracked import (
     read_biases,
@@ -82,7 +82,9 @@ def scene(folder: Path, name: str) -> Scorecard:
 def scorecard(tracks: Path, known: Known, measurements: Path) -> Scorecard:
     """Return the scorecard of tracks, as the command does."""
     sensors = sensors_file(tracks, None)
+    rows = recorded_rows(measurements, may_be_empty=False)
     assert sensors is not None
+    assert rows is not None
     return evaluate(
         read_tracks(tracks, known, SETTINGS),
         known.reference,
@@ -91,7 +93,7 @@ def scorecard(tracks: Path, known: Known, measurements: Path) -> Scorecard:
         plots=known.plots,
         biases=read_biases(tracks, known),
         sensors=read_sensors(sensors).sensor,
-        radar_plots=radar_plots(measurements),
+        radar_plots=rows.filter(kind="radar"),
     )
 
 
