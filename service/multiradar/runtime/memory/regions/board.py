@@ -129,8 +129,9 @@ class RegionBoard:
                 return
             one = self._neighbours[message.region]
             rows = other_rows(message)
-            before = dict(zip(*(one.rows[name].tolist() for name in ("track_id", "own_id")),
-                              strict=True))  # fmt: skip
+            tracks: list[int] = one.rows["track_id"].tolist()
+            own: list[int] = one.rows["own_id"].tolist()
+            before = dict(zip(tracks, own, strict=True))
             rows["own_id"] = [before.get(track, 0) for track in rows["track_id"].tolist()]
             one.rows, one.heard_s, one.sent_s = rows, self._reached_s, message.time_s
             one.messages, one.hears = one.messages + 1, self.name in message.heard
