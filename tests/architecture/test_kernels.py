@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from architecture.test_sources import modules, nodes, text, tree
+from architecture.test_sources import modules, nodes, text, tree, walk
 from multiradar.estimation.filters._step_kernels import step
 from support.paths import ROOT
 
@@ -41,7 +41,7 @@ SCALARS = {
 def uncounted(module: ast.Module) -> list[ast.FunctionDef]:
     return [
         node
-        for node in ast.walk(module)
+        for node in walk(module)
         if isinstance(node, ast.FunctionDef)
         and any(ast.unparse(decorator) in UNCOUNTED for decorator in node.decorator_list)
     ]
@@ -49,7 +49,7 @@ def uncounted(module: ast.Module) -> list[ast.FunctionDef]:
 
 def offences(function: ast.FunctionDef) -> list[str]:
     found = []
-    for node in ast.walk(function):
+    for node in walk(function):
         called = node.func if isinstance(node, ast.Call) else None
         if isinstance(called, ast.Attribute) and ARRAY_MAKERS.fullmatch(called.attr):
             found.append(f"{function.name}:{called.lineno} {ast.unparse(called)}")

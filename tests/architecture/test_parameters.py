@@ -2,7 +2,7 @@
 
 import ast
 
-from architecture.test_sources import modules, tree
+from architecture.test_sources import modules, tree, walk
 
 PARAMETERS_MAX = 15
 PRODUCT = ("service/", "converters/", "schemas/", "compiled/")
@@ -21,7 +21,7 @@ def long(name: str, module: ast.Module) -> list[str]:
     command = name.rpartition("/")[2].removesuffix(".py") if name.startswith(COMMANDS) else ""
     return [
         node.name
-        for node in ast.walk(module)
+        for node in walk(module)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and parameters(node) > PARAMETERS_MAX
         and node.name != command

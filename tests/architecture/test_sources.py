@@ -49,8 +49,21 @@ def tree(name: str) -> ast.Module:
 
 
 @cache
-def nodes(name: str) -> tuple[ast.AST, ...]:
-    return tuple(ast.walk(tree(name)))
+def nodes(name: str) -> list[ast.AST]:
+    return walk(tree(name))
+
+
+def walk(root: ast.AST) -> list[ast.AST]:
+    """Return what `ast.walk` yields but for contexts of names, in a third of its time."""
+    found = [root]
+    # It grows meanwhile.
+    for node in found:
+        for value in vars(node).values():
+            if type(value) is list:
+                found += [one for one in value if isinstance(one, ast.AST)]
+            elif isinstance(value, ast.AST) and not isinstance(value, ast.expr_context):
+                found.append(value)
+    return found
 
 
 def test_sources_are_found() -> None:
@@ -164,7 +177,7 @@ def test_public_functions_of_the_core_say_what_they_take_and_give(
     assert not arguments or "Parameters\n---" in documentation
     gives_nothing = isinstance(function.returns, ast.Constant) and function.returns.value is None
     assert gives_nothing or "Returns\n---" in documentation or "Yields\n---" in documentation
-    raises = any(isinstance(node, ast.Raise) for node in ast.walk(function))
+    raises = any(isinstance(node, ast.Raise) for node in walk(function))
     assert not raises or "Raises\n---" in documentation
 
 

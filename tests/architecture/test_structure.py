@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from architecture.test_sources import nodes
 from support.paths import ROOT
 from support.processes.waiting import run_to_end
 
@@ -105,7 +106,7 @@ def module_name(path: str) -> str:
 
 def imported(path: str, known: dict[str, str]) -> set[str]:
     found = set()
-    for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from architecture.test_sources import modules, tree
+from architecture.test_sources import modules, tree, walk
 
 #: Functions that wait, and functions that only measure.
 HELPER = "tests/support/processes/waiting.py"
@@ -43,7 +43,7 @@ def is_constant(node: ast.expr) -> bool:
 
 
 def faults(found: ast.Module) -> Iterator[str]:
-    for node in ast.walk(found):
+    for node in walk(found):
         if not isinstance(node, ast.Call):
             continue
         function, words = node.func, {word.arg for word in node.keywords}
