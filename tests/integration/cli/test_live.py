@@ -3,16 +3,16 @@
 import json
 import signal
 import socket
-import sys
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 import pytest
 
-from support.processes.commands import Command
+from support.processes.commands import Command, run_forked
 from support.processes.served import free_port
-from support.processes.waiting import run_to_end, wait_until
+from support.processes.stopped_command import serve_deaf
+from support.processes.waiting import wait_until
 from support.scenarios.recorded_scene import command, environment, serving, write_scene
 
 ROWS = 1500
@@ -104,33 +104,12 @@ def test_replay_gives_up_without_a_service_and_says_what_to_do(
     ]
 
 
-# A service whose start drops the exception of a signal, as compiled code may.
-_DEAF = """
-import os, signal, sys, threading, time
-from contextlib import suppress
-from multiradar.app import Application
-from multiradar.cli import main
-
-number = signal.Signals[sys.argv.pop()]
-
-def start(application):
-    with suppress(BaseException):
-        os.kill(os.getpid(), number)
-        time.sleep(0.0)
-    threading.Event().wait()
-
-Application.start = start
-main.main()
-"""
-
-
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_service_stopped_during_start_up_exits_at_once(
     name: str, scene: tuple[Path, Path], tmp_path: Path
 ) -> None:
     options = ["--sensors", str(scene[1]), "--state", str(tmp_path / "state"), "--no-zenoh"]
-    line = [sys.executable, "-c", _DEAF, "serve", *options, "--port", "0", name]
-    done = run_to_end(line, env=environment())
+    done = run_forked(serve_deaf, name, [*options, "--port", "0"])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

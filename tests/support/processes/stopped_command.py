@@ -7,7 +7,8 @@ import ctypes
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
 from time import sleep
@@ -60,6 +61,21 @@ class _Signalled:
 CASES: dict[str, Callable[[_Signalled], None]] = {
     name: case for name, case in vars(_Signalled).items() if name.startswith("in_")
 }
+
+
+def serve_deaf(name: str, options: Sequence[str]) -> None:
+    """Serve, with a start that drops the exception of a signal, as compiled code may."""
+    # Imported here: the commands above start many times, without it.
+    from multiradar.app import Application
+
+    def start(_application: Application) -> None:
+        with suppress(BaseException):
+            _Signalled(signal.Signals[name]).send_signal()
+        Event().wait()
+
+    Application.start = start  # type: ignore[assignment,method-assign]
+    sys.argv = ["multiradar", "serve", *options]
+    main()
 
 
 def _write_on(folder: Path) -> None:

@@ -43,7 +43,7 @@ def reporting() -> Reporting:
     @cache
     def found(registers: RegisterReports | None, air: Atmosphere) -> list[Flown]:
         return flights(
-            2, aircraft=20, duration_s=900.0, known=True, first_seed=40, registers=registers,
+            1, aircraft=20, duration_s=900.0, known=True, first_seed=40, registers=registers,
             air=air,
         )  # fmt: skip
 
