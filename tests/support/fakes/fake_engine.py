@@ -12,6 +12,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
+    NO_OUTPUT,
     STATE_CONFIRMED,
     BiasRecords,
     EndedTracks,
@@ -74,6 +75,10 @@ class FakeEngine:
     def waiting_from(self) -> int:
         """Nothing is buffered."""
         return self._sequence
+
+    def complete(self) -> EngineOutput:
+        """No epoch is complete before the next one."""
+        return NO_OUTPUT
 
     def flush(self) -> EngineOutput:
         """End the epoch."""

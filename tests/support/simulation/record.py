@@ -364,6 +364,9 @@ class Record:
                 if output is not None:
                     digest.add(output)
                     events.add(output, ends=set_back and kind == "clock")
+                    completed = engine.complete()
+                    digest.add(completed)
+                    events.add(completed, ends=False)
                     events.count += kind == "sensor"
             if sequence in self.digests:
                 require(

@@ -182,8 +182,8 @@ class Engine:
     def counts(self) -> dict[str, int]:
         """Measurements so far by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
-        duplicates = self._order.duplicates + self._near.count
-        return {**counts, "LATE": self._order.late, "DUPLICATE": duplicates}
+        repeated = {"DUPLICATE": self._order.duplicates + self._near.count}
+        return {**counts, "LATE": self._order.late, **repeated}
 
     @property
     def waiting_from(self) -> int:
@@ -200,23 +200,25 @@ class Engine:
         self._biases.start_from(biases)
 
     def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
-        """Process admitted measurements.
+        """Process admitted measurements; return the output of the rows that this releases.
 
         Parameters
         ----------
         batch : MeasurementBatch
             Rows in order of arrival, in any order of time within the reorder horizon.
         clock_s : float, optional
-            The data clock after them, s: rows before it less the reorder horizon are released. By
-            default the greatest time so far.
-
-        Returns
-        -------
-        EngineOutput
-            Output of the rows released from the reorder buffer.
+            The data clock, s, by default the greatest time so far: earlier rows, less the reorder
+            horizon, are released.
         """
         released = self._order.push(batch, clock_s)
         return NO_OUTPUT if released is None else self._process(released)
+
+    def complete(self) -> EngineOutput:
+        """Close the epoch if all its measurements were processed: the next ones need not wait."""
+        end_s = math.inf if self._epoch is None else (self._epoch + 1) * self._settings.epoch_s
+        if not self._epoch_open or self._order.released_s < end_s:
+            return NO_OUTPUT
+        return self._close_epoch().added_to(NO_OUTPUT, self._pop_pictures())
 
     def flush(self) -> EngineOutput:
         """Empty the reorder buffer and close the epoch: the end of a stream.
@@ -272,8 +274,7 @@ class Engine:
         """Return the live tracks with the uncertainty of the biases included."""
         slots = self._pool.used()
         slots = slots[~np.isnan(self._pool.aircraft.time[slots])]
-        slots = slots[np.argsort(self._pool.roster.track_id[slots])]
-        return track_states(self._pool, slots, self._filter, self._biases)
+        return self._states(slots[np.argsort(self._pool.roster.track_id[slots])])
 
     def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
         """Return the combinations of biases that are not observable so far."""
@@ -424,11 +425,12 @@ class Engine:
         wanted = self._sampling is not Sampling.NONE and epoch > self._sampled
         if not wanted or not is_due(epoch, self._settings.epoch_s):
             return ()
-        self._sampled = epoch
-        confirmed = self._confirmed(self._pool.used())
+        self._sampled, confirmed = epoch, self._confirmed(self._pool.used())
         slots = sampled(self._pool, confirmed, epoch, end_s, self._sampling)
-        states = track_states(self._pool, slots, self._filter, self._biases)
-        return (StateSample(epoch, end_s, states),)
+        return (StateSample(epoch, end_s, self._states(slots)),)
+
+    def _states(self, slots: NDArray[np.intp]) -> TrackStates:
+        return track_states(self._pool, slots, self._filter, self._biases)
 
     def _confirmed(self, slots: NDArray[np.intp]) -> NDArray[np.bool_]:
         stage = self._pool.life.stage[slots]
@@ -456,12 +458,8 @@ class Engine:
         """Record tracks terminated before a row."""
         self._transitions.terminate(row, time_s, ends)
         self._record_delays(ends.slot, ends.track_id)
-        return EndedTracks(
-            track_id=ends.track_id,
-            time_s=np.full(len(ends.track_id), time_s),
-            reason=ends.reason.astype(np.int8),
-            into_track_id=ends.into,
-        )
+        times_s = np.full(len(ends.track_id), time_s)
+        return EndedTracks(ends.track_id, times_s, ends.reason.astype(np.int8), ends.into)
 
     def _record_delays(self, slots: NDArray[np.int64], track_id: NDArray[np.int64]) -> None:
         kept = self._confirmed(slots)

@@ -46,6 +46,13 @@ class TrackingEngine(Protocol):
         """
         ...
 
+    def complete(self) -> EngineOutput:
+        """Do what the next measurements would have to wait for, after the output of the last ones.
+
+        Called after each `push` or not: all outputs together are the same.
+        """
+        ...
+
     def flush(self) -> EngineOutput:
         """Empty the reorder buffer and close the epoch: the end of a stream."""
         ...

@@ -1,11 +1,13 @@
 """The bounded queue of journal entries between the journal and the engine."""
 
+import threading
 from collections import deque
 from collections.abc import Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from math import inf
 
-from multiradar.errors import PipelineError
+from multiradar.errors import MultiradarError, PipelineError
 from multiradar.observability.traces import MessageTraces
 from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.storage.entries import EntryKind, RejectedRow
@@ -151,3 +153,43 @@ class Backlog:
             self._rows = 0
             self.oldest_s = None
             self._changed.notify_all()
+
+
+class EntryFutures:
+    """Futures of the last update, resolved when an entry has been processed; of any thread.
+
+    They have a lock of their own: registering one must not wait for a call of the engine.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._waiting: list[tuple[int, Future[int]]] = []
+        self._ended: MultiradarError | None = None
+
+    def add(self, sequence: int) -> Future[int]:
+        """Return a future of an entry; it fails when processing has stopped before the entry."""
+        future: Future[int] = Future()
+        with self._lock:
+            self._waiting.append((sequence, future))
+        return future
+
+    def settle(self, processed: int, updates: int) -> None:
+        """Resolve the futures of the entries that were processed, with the last update."""
+        with self._lock:
+            done = [future for sequence, future in self._waiting if sequence <= processed]
+            self._waiting = [one for one in self._waiting if one[0] > processed]
+        for future in done:
+            # The caller may have cancelled it.
+            if future.set_running_or_notify_cancel():
+                future.set_result(updates)
+        if self._ended is not None:
+            self.fail(self._ended)
+
+    def fail(self, error: MultiradarError) -> None:
+        """Fail all others, and those that are settled later."""
+        self._ended = error
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        for _, future in waiting:
+            if future.set_running_or_notify_cancel():
+                future.set_exception(error)

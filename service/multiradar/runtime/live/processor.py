@@ -22,7 +22,13 @@ from multiradar.runtime.admission.origins import Origins
 from multiradar.runtime.admission.sensors_in_force import CHANGES_MAX, SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
-from multiradar.runtime.live.backlog import Backlog, Journalled, grouped, releasing_clock_s
+from multiradar.runtime.live.backlog import (
+    Backlog,
+    EntryFutures,
+    Journalled,
+    grouped,
+    releasing_clock_s,
+)
 from multiradar.runtime.live.preparation import journalled, pieces
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.snapshots import Snapshots
@@ -31,7 +37,7 @@ from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.outputs import EngineOutput, TrackStates
+from multiradar.tracking.outputs import NO_OUTPUT, EngineOutput, TrackStates
 
 _log = logging.getLogger(__name__)
 
@@ -120,10 +126,7 @@ class Processor:
         self._publication = publication
         self._rows_max = rows_max
         self._lock = threading.Lock()
-        # A separate lock: registering a future must not wait for a call of the engine.
-        self._settling_lock = threading.Lock()
-        self._settling: list[tuple[int, Future[int]]] = []
-        self._ended: MultiradarError | None = None
+        self._futures = EntryFutures()
         self._states: TrackStates | None = None
         self._data_time_s: float | None = None
         self._figures: dict[str, Any] = NO_FIGURES
@@ -230,12 +233,8 @@ class Processor:
 
         It fails when processing has stopped before the entry.
         """
-        future: Future[int] = Future()
-        with self._settling_lock:
-            self._settling.append((sequence, future))
+        future = self._futures.add(sequence)
         self._settle()
-        if self._ended is not None:
-            self._give_up(self._ended)
         return future
 
     def finish(self) -> None:
@@ -249,7 +248,7 @@ class Processor:
         """Close the engine; unresolved futures fail."""
         with self._lock:
             self._engine.close()
-        self._give_up(self.failure or PipelineError("the service has stopped"))
+        self._futures.fail(self.failure or PipelineError("the service has stopped"))
 
     def fail(self, error: Exception) -> None:
         """Stop for good, with an error."""
@@ -257,7 +256,7 @@ class Processor:
         self.failure = error if isinstance(error, MultiradarError) else unknown
         log_end(_log, "engine stopped", error)
         self._backlog.abandon()
-        self._give_up(self.failure)
+        self._futures.fail(self.failure)
         self._on_failure()
 
     # ---------------------------------------------------------------- inside
@@ -339,15 +338,7 @@ class Processor:
     def _process(self, group: Sequence[Journalled]) -> None:
         self.moved_s = self._clock.monotonic_s()
         set_back = self._is_set_back(group)
-        with self._lock:
-            try:
-                output = self._push(group)
-            except Exception as error:
-                raise _EngineFailureError(group, error) from error
-            self._digest.add(output)
-            self._states = None
-            if len(output.updates):
-                self._updates = int(output.updates.sequence[-1])
+        output = self._called(group, lambda: self._push(group))
         change = self._changes[-1] if group[0].kind is EntryKind.SENSOR else None
         if change is not None:
             self._publication.use(self.sensors.table)
@@ -357,11 +348,28 @@ class Processor:
         if set_back:
             self._publication.set_back()
         self._quarantine(group, output)
+        # The updates do not wait for the end of an epoch, which takes as long as 10 000 of them.
+        if (completed := self._called(group, self._engine.complete)) is not NO_OUTPUT:
+            self._publication.publish(completed, self._data_time_s)
         # The output is visible to readers only from now on.
         self.processed = group[-1].sequence
         snapshots, rows = self._snapshots, sum(len(entry.batch) for entry in group)
         if snapshots is not None and snapshots.note(rows) and not self.following:
             self._capture(snapshots)
+
+    def _called(
+        self, group: Sequence[Journalled], call: Callable[[], EngineOutput]
+    ) -> EngineOutput:
+        with self._lock:
+            try:
+                output = call()
+            except Exception as error:
+                raise _EngineFailureError(group, error) from error
+            self._digest.add(output)
+            self._states = None
+            if len(output.updates):
+                self._updates = int(output.updates.sequence[-1])
+        return output
 
     def _capture(self, snapshots: Snapshots) -> None:
         with self._lock:
@@ -451,20 +459,4 @@ class Processor:
         self._origins.discard(self._engine.waiting_from)
 
     def _settle(self) -> None:
-        with self._settling_lock:
-            processed, updates = self.processed, self._updates
-            done = [future for sequence, future in self._settling if sequence <= processed]
-            self._settling = [one for one in self._settling if one[0] > processed]
-        for future in done:
-            # The caller may have cancelled it.
-            if future.set_running_or_notify_cancel():
-                future.set_result(updates)
-
-    # Futures registered later fail in `settled`.
-    def _give_up(self, error: MultiradarError) -> None:
-        self._ended = error
-        with self._settling_lock:
-            waiting, self._settling = self._settling, []
-        for _, future in waiting:
-            if future.set_running_or_notify_cancel():
-                future.set_exception(error)
+        self._futures.settle(self.processed, self._updates)

@@ -127,6 +127,11 @@ class ReorderBuffer:
             return None
         return self._release(watermark)
 
+    @property
+    def released_s(self) -> float:
+        """Time before which all rows were released, s; later ones are left out as late."""
+        return self._released_s
+
     def flush(self) -> MeasurementBatch | None:
         """Return all buffered rows, in order, or None."""
         if not self._waiting:

@@ -17,6 +17,7 @@ from multiradar.runtime.engine import shared_biases
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking._identity_kernels import describe
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -65,6 +66,29 @@ def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: st
     assert {
         run(scene, settings, size, workers) for size, workers in [(7, 1), (1000, 2), (10**6, 4)]
     } == {expected}
+
+
+@pytest.mark.parametrize("size", [50, 120])
+def test_an_epoch_that_is_closed_before_the_next_measurements_has_the_same_output(
+    scene: Scene, size: int
+) -> None:
+    settings = TrackingSettings()
+    engine = Engine(scene.sensors, settings, sampling=Sampling.ALL)
+    digest, early, sampled = OutputDigest(), 0, 0
+    for first in range(0, len(scene.batch), size):
+        pushed = engine.push(scene.batch.select(slice(first, first + size)))
+        completed = engine.complete()
+        assert not len(completed.updates)
+        assert not len(engine.complete().biases)
+        early += len(completed.biases)
+        sampled += len(completed.samples)
+        digest.add(pushed)
+        digest.add(completed)
+    digest.add(engine.flush())
+    engine.close()
+    assert early > 0
+    assert sampled > 0
+    assert digest.hexdigest() == run(scene, settings, len(scene.batch))
 
 
 def test_output_depends_on_the_measurements(scene: Scene) -> None:

@@ -25,10 +25,11 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.measurements.columns import complete
+from support.fakes.engine_outputs import Bias, output_of
 from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, GatedJournal, Starter, services, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
-from support.scenarios.live_scene import cut, recording
+from support.scenarios.live_scene import START_S, cut, recording
 
 
 @pytest.fixture
@@ -371,6 +372,23 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
         gate.set()
         assert all_can_be_read.result(WAIT_TIMEOUT_S) == 10 * (number + 1)
         assert service.view.status()["output_sequence"] == 10 * (number + 1)
+
+
+def test_updates_do_not_wait_for_the_end_of_an_epoch(
+    start: Starter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once in 10 s, they waited for the states of all tracks."""
+    service, published = start(), []
+
+    def complete(_engine: FakeEngine) -> EngineOutput:
+        published.append([one.kind for one in service.view.subscribe(0, 100).poll(100)])
+        return output_of([Bias(START_S, 0.5)])
+
+    monkeypatch.setattr(FakeEngine, "complete", complete)
+    submit(service, recording(10))
+    service.settled().result(WAIT_TIMEOUT_S)
+    assert published == [["track"] * 10]
+    assert service.view.subscribe(10, 100).poll(100)[0].kind == "bias"
 
 
 def test_stopping_finishes_what_was_handed_in(start: Starter) -> None:

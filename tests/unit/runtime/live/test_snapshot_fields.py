@@ -40,7 +40,7 @@ OTHER = {
     "_region_marks",
     "Plausibility": "active",
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
-    "sensors _publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "
+    "sensors _publication _rows_max _lock _futures _states _figures _engine "
     "_is_used processed skipped oldest_s moved_s failure following",
     "Publication": "diagnosis _readers _recorder _regions repeating traces view",
     "RegionBoard": "areas rules _lock",
