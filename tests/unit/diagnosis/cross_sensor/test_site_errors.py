@@ -48,7 +48,7 @@ def test_an_error_is_found_from_a_number_of_pairs_and_of_aircraft_on(
 def test_errors_that_explain_nothing_are_not_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = object.__new__(JointFit)
     fits._basis, fits._rows = np.zeros((8, 2, 0)), None
-    fits._comparison = SimpleNamespace()  # type: ignore[assignment]
+    fits._comparison = SimpleNamespace(proceed=lambda: None)  # type: ignore[assignment]
     rows: Any = SimpleNamespace(apart=np.ones((8, 2)))
     error: Any = SimpleNamespace(radars=(0,))
     monkeypatch.setattr(site_errors, "_error_columns", lambda *_: np.ones((8, 2, 1)))
