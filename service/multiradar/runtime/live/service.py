@@ -233,8 +233,9 @@ class Service:
                 raise PipelineError(f"the service is not a standby: {self._state}")
             self._followed = max(until, self._followed)
             if until > processor.processed:
-                processor.follow(until)
+                # First: what is processed has been counted.
                 self._accounting.resume(journal.counts())
+                processor.follow(until)
             return processor.processed
 
     def lead(self) -> None:

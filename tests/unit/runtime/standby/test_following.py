@@ -12,6 +12,7 @@ from multiradar.clock import SystemClock
 from multiradar.errors import JournalError, PipelineError, RemovedEntriesError
 from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
+from multiradar.runtime.live.processor import Processor
 from multiradar.runtime.live.readiness import STANDBY, ServiceState
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
@@ -122,6 +123,23 @@ def test_a_standby_follows_without_accepting_and_takes_over(pair: Pair) -> None:
     after = settled(pair.second)
     assert (after["journal_sequence"], after["accepted"]) == (3, 1000)
     assert pair.failed == 0
+
+
+def test_what_a_standby_has_processed_has_been_counted(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair.second.start(following=True)
+    submit(pair.primary, FRAME[:300])
+    seen: list[dict[str, Any]] = []
+    follow = Processor.follow
+
+    def followed(processor: Processor, until: int) -> None:
+        follow(processor, until)
+        seen.append(pair.second.view.status())
+
+    monkeypatch.setattr(Processor, "follow", followed)
+    pair.second.follow(1)
+    assert [(one["processed_sequence"], one["accepted"]) for one in seen] == [(1, 300)]
 
 
 def test_the_output_is_that_of_one_service(pair: Pair, tmp_path: Path) -> None:
