@@ -182,8 +182,8 @@ class Engine:
     def counts(self) -> dict[str, int]:
         """Measurements so far by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
-        repeated = {"DUPLICATE": self._order.duplicates + self._near.count}
-        return {**counts, "LATE": self._order.late, **repeated}
+        duplicates = self._order.duplicates + self._near.count
+        return {**counts, "LATE": self._order.late, "DUPLICATE": duplicates}
 
     @property
     def waiting_from(self) -> int:
