@@ -52,7 +52,11 @@ from multiradar.diagnosis.evidence import (
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.reported_motion import COLUMNS as MOTION_COLUMNS
-from multiradar.diagnosis.motion.reported_motion import check_courses, check_reported_motion
+from multiradar.diagnosis.motion.reported_motion import (
+    check_courses,
+    check_reported_motion,
+    legs_of,
+)
 from multiradar.diagnosis.motion.reports import check_reports
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
@@ -153,12 +157,12 @@ def diagnose_conversion(
             found += _copies(name, rows)
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
-        moving = _motion(measurements, name)
-        courses = check_courses(name, moving)
+        legs = legs_of(_motion(measurements, name))
+        courses = check_courses(name, legs)
         found += (
             [one for one in courses if one.severity == "error"]
             or check_reported(name, reports)
-            or check_reported_motion(name, moving)
+            or check_reported_motion(name, legs)
             or courses
         )
     # The tables may show which positions are wrong.

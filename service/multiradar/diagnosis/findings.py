@@ -58,13 +58,20 @@ from multiradar.diagnosis.same_aircraft.identities_compared import (
     check_addresses,
     check_track_numbers,
 )
-from multiradar.diagnosis.same_aircraft.pauses import TIMES_JUMP, check_pauses
+from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.single_sensor.alone import check_alone
 from multiradar.diagnosis.single_sensor.columns import check_codes, check_time_rate
 from multiradar.diagnosis.single_sensor.detections import SPARSE_CODE, check_all_detections
 from multiradar.diagnosis.single_sensor.jumps import OTHER_ROWS, check_paths
 from multiradar.diagnosis.single_sensor.settings import check_settings
-from multiradar.diagnosis.times import TIMES_APART, check_ends, check_gaps, check_times, utc
+from multiradar.diagnosis.times import (
+    TIMES_APART,
+    TIMES_JUMP,
+    check_ends,
+    check_gaps,
+    check_times,
+    utc,
+)
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 

@@ -12,7 +12,7 @@ from multiradar.diagnosis.names import first_and_last, listed
 from multiradar.diagnosis.plots import Floats, plots_of, positions
 from multiradar_schemas.documents.names import PER_SECOND
 
-TIMES_APART, TIME_UNIT = "times_apart", "time_unit"
+TIMES_APART, TIMES_JUMP, TIME_UNIT = "times_apart", "times_jump", "time_unit"
 #: Sensors of one recording start and end within this, s.
 _TOGETHER_S = 60.0
 #: Times as HHMMSS: plots, the span of the numbers, and how many of the 60 seconds have a plot.
@@ -168,7 +168,7 @@ def _wraps(source: Source) -> bool:
 def _wrap(name: str) -> Diagnosis:
     return Diagnosis(
         name,
-        "times_jump",
+        TIMES_JUMP,
         f"{f'{name}: its' if name else 'the'} times probably start again from 0 at midnight: they "
         "are times of day without a date, before and after midnight; add the date, or 86 400 s to "
         "the times after midnight",
@@ -188,7 +188,7 @@ def _jump(name: str, source: Source, *, positions: bool) -> Diagnosis:
         many = "a day" if days == 1 else f"{days} days"
         return Diagnosis(
             name,
-            "times_jump",
+            TIMES_JUMP,
             f"{head} times probably jump by {many}, {spans}: a wrong date, or a day counted twice; "
             "correct the times after the jump",
         )
@@ -196,14 +196,14 @@ def _jump(name: str, source: Source, *, positions: bool) -> Diagnosis:
     if positions and source.first_s >= DATELESS_MAX_S:
         return Diagnosis(
             name,
-            "times_jump",
+            TIMES_JUMP,
             f"{gap}: each day has tracks of its own; track each day separately where they are to "
             "be evaluated separately",
             "warning",
         )
     return Diagnosis(
         name,
-        "times_jump",
+        TIMES_JUMP,
         f"{gap}: probably recordings of different days, or wrong dates; convert and track each day "
         "separately",
     )

@@ -17,7 +17,7 @@ from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VA
 from multiradar.state import Fields, fitted
 from multiradar.tracking._identity_kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.lifecycle.lifecycle import Lifecycle
+from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, Lifecycle
 from multiradar.tracking.lifecycle.report_integrity import ReportIntegrity
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
 from multiradar.tracking.roster import MISSING, NewTracks, Roster, RowIdentities
@@ -197,6 +197,20 @@ class AircraftPool:
     def used(self) -> NDArray[np.intp]:
         """Return the slots that hold an aircraft, ascending."""
         return np.flatnonzero(self.roster.track_id != MISSING)
+
+    def confirmed(self, slots: NDArray[np.intp], updates_min: int) -> NDArray[np.bool_]:
+        """Return whether tracks are confirmed.
+
+        Parameters
+        ----------
+        slots : (n,) int
+            Of the tracks.
+        updates_min : int
+            Updates of a track that is initiated by the identity of its aircraft.
+        """
+        stage = self.life.stage[slots]
+        named = self.aircraft.updates[slots] >= updates_min
+        return np.asarray(np.where(stage == BY_IDENTITY, named, stage == CONFIRMED))
 
     def bias_excluded(self, slots: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return whether measurements of slots (negative: none) are excluded from the biases."""

@@ -1,5 +1,7 @@
 """Motion that aircraft report, against their positions and heights."""
 
+from typing import NamedTuple
+
 import numpy as np
 import polars as pl
 
@@ -45,28 +47,63 @@ _COURSE_WITHIN_DEG, _TURNED_MAX_DEG = 30.0, 20.0
 _AGREE_MIN, _AGREE_MAX = 0.9, 0.7
 
 
-def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
+class Legs(NamedTuple):
+    """Pairs of reports of one aircraft, and the motion reported in them.
+
+    Attributes
+    ----------
+    plots : Plots
+        All reports.
+    first, last : (n,) int64
+        The reports of each pair.
+    flown_mps : (n,) float64
+        Speed from one position to the other.
+    speed_mps, rate_mps, track_deg : (r,) float64, optional
+        What each report states, NaN where it does not; None without the column.
+    """
+
+    plots: Plots
+    first: Integers
+    last: Integers
+    flown_mps: Floats
+    speed_mps: Floats | None
+    rate_mps: Floats | None
+    track_deg: Floats | None
+
+
+def legs_of(frame: pl.DataFrame) -> Legs:
+    """Return the pairs of reports of a sensor; none if no column of `COLUMNS` is there."""
+    plots = plots_of(frame)
+    speed_mps, rate_mps, track_deg = (_column(frame, one) for one in COLUMNS)
+    aircraft = plots.keys[:, :2].max(axis=1)
+    moves = not (speed_mps is None and rate_mps is None and track_deg is None)
+    named = np.flatnonzero((aircraft >= 0) & moves)
+    first, last = pairs_apart(plots.time_s[named], aircraft[named], APART_MIN_S, APART_MAX_S)
+    first, last = named[first], named[last]
+    where = reported(plots)
+    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
+    flown_mps = flown_m / (plots.time_s[last] - plots.time_s[first])
+    return Legs(plots, first, last, flown_mps, speed_mps, rate_mps, track_deg)
+
+
+def check_reported_motion(name: str, legs: Legs) -> list[Diagnosis]:
     """Diagnose reported speeds, vertical rates or heights in another unit.
 
     Parameters
     ----------
     name : str
         The sensor.
-    frame : DataFrame
-        Its reports; those of `COLUMNS` may be missing.
+    legs : Legs
+        Its reports.
     """
-    if not set(COLUMNS) & set(frame.columns):
-        return []
-    plots, first, last, flown_mps = _legs(frame)
+    plots, first, last, flown_mps, speed_mps, rate_mps, _ = legs
     apart_s = plots.time_s[last] - plots.time_s[first]
     climbed_m = plots.height_m[last] - plots.height_m[first]
     found = []
-    speed_mps = _column(frame, "ground_speed_m_s")
     if speed_mps is not None:
         mean_mps = 0.5 * (speed_mps[first] + speed_mps[last])
         moving = (flown_mps >= SPEED_MIN_MPS) & (mean_mps >= SPEED_MIN_MPS)
         found += _of_speeds(name, flown_mps[moving] / mean_mps[moving])
-    rate_mps = _column(frame, "vertical_rate_m_s")
     if rate_mps is not None:
         mean_mps = 0.5 * (rate_mps[first] + rate_mps[last])
         climbing = (np.abs(climbed_m) >= CHANGE_MIN_M) & (np.abs(mean_mps) >= RATE_MIN_MPS)
@@ -76,7 +113,7 @@ def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     return found
 
 
-def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
+def check_courses(name: str, legs: Legs) -> list[Diagnosis]:
     """Diagnose positions swapped or of the wrong sign by the track angles that aircraft report.
 
     Either mistake mirrors the courses, so it shows without any other sensor. Track angles that
@@ -86,10 +123,10 @@ def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
     ----------
     name : str
         The sensor.
-    frame : DataFrame
-        Its reports; those of `COLUMNS` may be missing.
+    legs : Legs
+        Its reports.
     """
-    shares = _agreement(frame)
+    shares = _agreement(legs)
     given = shares.pop("", 1.0)
     if given > _AGREE_MAX:
         return []
@@ -118,11 +155,10 @@ def check_courses(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
 
 # Share of courses that agree with the reported track angles: as given, and after each correction;
 # empty if there are too few.
-def _agreement(frame: pl.DataFrame) -> dict[str, float]:
-    track_deg = _column(frame, "track_angle_deg")
+def _agreement(legs: Legs) -> dict[str, float]:
+    plots, first, last, flown_mps, *_, track_deg = legs
     if track_deg is None:
         return {}
-    plots, first, last, flown_mps = _legs(frame)
     turned_deg = _difference(track_deg[last], track_deg[first])
     straight = (flown_mps >= SPEED_MIN_MPS) & (np.abs(turned_deg) <= _TURNED_MAX_DEG)
     first, last = first[straight], last[straight]
@@ -139,18 +175,6 @@ def _agreement(frame: pl.DataFrame) -> dict[str, float]:
             "longitude": _courses(latitude, -longitude, first, last),
         }.items()
     }
-
-
-# Pairs of reports of one aircraft, and the speed between them, m/s.
-def _legs(frame: pl.DataFrame) -> tuple[Plots, Integers, Integers, Floats]:
-    plots = plots_of(frame)
-    aircraft = plots.keys[:, :2].max(axis=1)
-    named = np.flatnonzero(aircraft >= 0)
-    first, last = pairs_apart(plots.time_s[named], aircraft[named], APART_MIN_S, APART_MAX_S)
-    first, last = named[first], named[last]
-    where = reported(plots)
-    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
-    return plots, first, last, flown_m / (plots.time_s[last] - plots.time_s[first])
 
 
 def _column(frame: pl.DataFrame, column: str) -> Floats | None:

@@ -14,7 +14,7 @@ from multiradar.diagnosis.evidence import Source
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import KEYS, Floats, Plots, plots_of, reported
-from multiradar.diagnosis.times import utc
+from multiradar.diagnosis.times import TIMES_JUMP, utc
 
 #: Time without measurements of any source that is reported, s; shorter ones from the second on
 #: where aircraft fly on.
@@ -32,7 +32,6 @@ _SPEED_S, _SPEED_MIN_MPS = 8.0, 40.0
 _HOUR_S, _WITHIN_S = 3600.0, 60.0
 #: Time between the plots of an aircraft on both sides of a jump, s.
 _JOINT_S = 15.0
-TIMES_JUMP = "times_jump"
 
 
 class _Gap(NamedTuple):

@@ -54,8 +54,6 @@ from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.near_duplicates import NearDuplicates
 from multiradar.tracking.input.order import ReorderBuffer
-from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
-from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.lifecycle.transition_log import NOT_UPDATED, TransitionLog, Updated
 from multiradar.tracking.lifecycle.transitions import (
     SILENT,
@@ -200,7 +198,7 @@ class Engine:
         self._biases.start_from(biases)
 
     def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
-        """Process admitted measurements; return the output of the rows that this releases.
+        """Process admitted measurements.
 
         Parameters
         ----------
@@ -209,6 +207,11 @@ class Engine:
         clock_s : float, optional
             The data clock, s, by default the greatest time so far: earlier rows, less the reorder
             horizon, are released.
+
+        Returns
+        -------
+        EngineOutput
+            Of the rows that this releases.
         """
         released = self._order.push(batch, clock_s)
         return NO_OUTPUT if released is None else self._process(released)
@@ -433,9 +436,7 @@ class Engine:
         return track_states(self._pool, slots, self._filter, self._biases)
 
     def _confirmed(self, slots: NDArray[np.intp]) -> NDArray[np.bool_]:
-        stage = self._pool.life.stage[slots]
-        named = self._pool.aircraft.updates[slots] >= self._settings.confirm_updates
-        return np.asarray(np.where(stage == BY_IDENTITY, named, stage == STAGE_CONFIRMED))
+        return self._pool.confirmed(slots, self._settings.confirm_updates)
 
     def _pop_pictures(self) -> tuple[Picture, ...]:
         pictures, self._pictures = self._pictures, None if self._pictures is None else []

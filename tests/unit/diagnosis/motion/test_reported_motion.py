@@ -4,7 +4,11 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.motion.reported_motion import check_courses, check_reported_motion
+from multiradar.diagnosis.motion.reported_motion import (
+    check_courses,
+    check_reported_motion,
+    legs_of,
+)
 
 KNOT, FOOT_M = 1852.0 / 3600.0, 0.3048
 SPEED_MPS, RATE_MPS = 150.0, 8.0
@@ -35,7 +39,7 @@ def reports(speed: float = 1.0, rate: float = 1.0, height: float = 1.0) -> pl.Da
 
 
 def test_right_units_are_right() -> None:
-    assert check_reported_motion("adsb", reports(0.99, 1.02)) == []
+    assert check_reported_motion("adsb", legs_of(reports(0.99, 1.02))) == []
 
 
 @pytest.mark.parametrize(
@@ -48,7 +52,7 @@ def test_right_units_are_right() -> None:
     ],
 )
 def test_units_of_speeds_are_named(factor: float, words: str) -> None:
-    (found,) = check_reported_motion("adsb", reports(speed=factor))
+    (found,) = check_reported_motion("adsb", legs_of(reports(speed=factor)))
     assert words in found.sentence
     assert found.severity == "error"
 
@@ -65,24 +69,25 @@ def test_units_of_speeds_are_named(factor: float, words: str) -> None:
     ],
 )
 def test_units_of_heights_and_rates_are_named(rate: float, height: float, words: str) -> None:
-    (found,) = check_reported_motion("adsb", reports(rate=rate, height=height))
+    (found,) = check_reported_motion("adsb", legs_of(reports(rate=rate, height=height)))
     assert words in found.sentence
 
 
 def test_missing_columns_show_nothing() -> None:
     frame = reports(KNOT, 60 / FOOT_M)
-    assert check_reported_motion("adsb", frame.drop("ground_speed_m_s", "vertical_rate_m_s")) == []
-    (found,) = check_reported_motion("adsb", frame.drop("vertical_rate_m_s"))
+    without = frame.drop("ground_speed_m_s", "vertical_rate_m_s")
+    assert check_reported_motion("adsb", legs_of(without)) == []
+    (found,) = check_reported_motion("adsb", legs_of(frame.drop("vertical_rate_m_s")))
     assert "ground speeds" in found.sentence
     nameless = frame.with_columns(mode_s_address=pl.lit(None, pl.String))
-    assert check_reported_motion("adsb", nameless) == []
+    assert check_reported_motion("adsb", legs_of(nameless)) == []
 
 
 def test_speeds_that_follow_no_unit_show_nothing() -> None:
     rng = np.random.default_rng(1)
     frame = reports()
     mixed = frame["ground_speed_m_s"].to_numpy() * rng.choice([0.3, 1.0, 2.5], frame.height)
-    assert check_reported_motion("adsb", frame.with_columns(ground_speed_m_s=mixed)) == []
+    assert check_reported_motion("adsb", legs_of(frame.with_columns(ground_speed_m_s=mixed))) == []
 
 
 def flown(*courses_deg: float, reported_deg: float = 0.0) -> pl.DataFrame:
@@ -108,7 +113,7 @@ COURSES_DEG = (5.0, 75.0, 160.0, 250.0, 310.0, 359.0)
 
 @pytest.mark.parametrize("off_deg", [0.0, -20.0, 20.0])
 def test_track_angles_near_the_courses_are_right(off_deg: float) -> None:
-    assert check_courses("adsb", flown(*COURSES_DEG, reported_deg=off_deg)) == []
+    assert check_courses("adsb", legs_of(flown(*COURSES_DEG, reported_deg=off_deg))) == []
 
 
 @pytest.mark.parametrize(
@@ -128,7 +133,7 @@ def test_positions_that_contradict_track_angles_are_named(
     columns = {
         name: -pl.col(of[1:]) if of.startswith("-") else pl.col(of) for name, of in changes.items()
     }
-    (found,) = check_courses("adsb", flown(*COURSES_DEG).with_columns(**columns))
+    (found,) = check_courses("adsb", legs_of(flown(*COURSES_DEG).with_columns(**columns)))
     assert (found.code, found.severity) == (code, "error")
     assert words in found.sentence
 
@@ -136,12 +141,12 @@ def test_positions_that_contradict_track_angles_are_named(
 def test_courses_that_agree_both_ways_say_nothing() -> None:
     frame = flown(45.0, 225.0, 45.0, 225.0)
     swapped = frame.rename({"latitude_deg": "longitude_deg", "longitude_deg": "latitude_deg"})
-    assert check_courses("adsb", swapped) == []
+    assert check_courses("adsb", legs_of(swapped)) == []
 
 
 def test_track_angles_at_random_are_not_blamed_on_positions() -> None:
     frame = flown(*COURSES_DEG)
     angles = pl.Series((np.arange(len(frame)) // 12 * 97.0) % 360.0)
-    (found,) = check_courses("adsb", frame.with_columns(track_angle_deg=angles))
+    (found,) = check_courses("adsb", legs_of(frame.with_columns(track_angle_deg=angles)))
     assert (found.code, found.severity) == ("track_angles", "warning")
     assert "its track angles are probably wrong" in found.sentence
