@@ -256,7 +256,7 @@ def _gated(frame: pl.DataFrame) -> Parsed:
         taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
     filled = [one for name, one in _USUAL.items() if _may_change(taken, name, tested)]
     usual = taken.with_columns(filled) if filled else taken
-    return Parsed(usual[PARSED_SCHEMA.names()], rejected)
+    return Parsed(usual[:, PARSED_SCHEMA.names()], rejected)
 
 
 def _may_change(frame: pl.DataFrame, name: str, tested: Tested | None) -> bool:

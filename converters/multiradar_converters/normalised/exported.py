@@ -98,7 +98,7 @@ def exported(frame: pl.DataFrame, names: Sequence[str]) -> Iterator[dict[str, Co
     dict of str to Column
         The columns.
     """
-    chosen = frame[list(names)].rechunk()
+    chosen = frame[:, list(names)].rechunk()
     capsule = chosen.__arrow_c_stream__(None)
     address = _pointer(capsule, b"arrow_array_stream")
     stream = _Stream.from_address(address)

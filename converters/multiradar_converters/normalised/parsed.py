@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import polars as pl
 
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import Measurement
 from multiradar_schemas.reject import RejectCode
 
@@ -21,8 +20,6 @@ ROWS_MAX = 100_000
 PARSED_SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, INDEX_COLUMN: pl.UInt32()})
 
 _NAMES = MEASUREMENT_SCHEMA.names()
-# Rows up to which columns are made one by one, and only those with a value.
-_SHORT_ROWS = 64
 _ROW_SCHEMA = {
     **MEASUREMENT_SCHEMA,
     "time_ns": pl.Int64(),
@@ -90,22 +87,12 @@ def rows_frame(rows: Sequence[Measurement], index: Sequence[int] | None = None) 
     """
     places = pl.Series(INDEX_COLUMN, range(len(rows)) if index is None else index, dtype=pl.UInt32)
     fields = [row.__dict__ for row in rows]
-    if 0 < len(rows) <= _SHORT_ROWS and all(one["time_s"] is not None for one in fields):
-        return complete(_filled(fields)).hstack([places])
+    if fields and all(one["time_s"] is not None for one in fields):
+        return pl.from_dicts(fields, MEASUREMENT_SCHEMA).hstack([places])
     frame = pl.DataFrame(fields, schema=_ROW_SCHEMA)
     if frame["time_s"].null_count():
         frame = frame.with_columns(SECONDS)
-    return frame[_NAMES].hstack([places])
-
-
-# The columns with a value: of a short message it takes longer to make the others.
-def _filled(fields: Sequence[dict[str, Any]]) -> pl.DataFrame:
-    columns = []
-    for name, kind in MEASUREMENT_SCHEMA.items():
-        values = [one.get(name) for one in fields]
-        if any(value is not None for value in values):
-            columns.append(pl.Series(name, values, dtype=kind))
-    return pl.DataFrame(columns)
+    return frame[:, _NAMES].hstack([places])
 
 
 def check_rows_max(rows: int, rows_max: int) -> None:

@@ -66,12 +66,12 @@ def complete(frame: pl.DataFrame) -> pl.DataFrame:
     if names == _NAMES:
         return frame
     if len(given) == len(_NAMES):
-        return frame[_NAMES]
+        return frame[:, _NAMES]
     # Cheaper on a short message than a selection with literals, or a concatenation.
     if frame.height <= _SHORT_ROWS:
         nulls = _nulls(frame.height)
-        return frame.hstack([nulls[name] for name in _NAMES if name not in classes])[_NAMES]
-    return pl.concat([_NO_ROWS, frame[given]], how="diagonal")
+        return frame.hstack([nulls[name] for name in _NAMES if name not in classes])[:, _NAMES]
+    return pl.concat([_NO_ROWS, frame[:, given]], how="diagonal")
 
 
 @lru_cache(maxsize=_SHORT_ROWS + 1)

@@ -70,7 +70,7 @@ def filled_columns(frame: pl.DataFrame) -> frozenset[str]:
 def without_empty_columns(frame: pl.DataFrame) -> pl.DataFrame:
     """Return measurements without the optional columns that are empty."""
     kept = filled_columns(frame)
-    return frame[[name for name in frame.columns if name in kept or name not in _OPTIONAL]]
+    return frame[:, [one for one in frame.columns if one in kept or one not in _OPTIONAL]]
 
 
 def _filled(frame: pl.DataFrame, names: Sequence[str]) -> frozenset[str]:

@@ -264,7 +264,7 @@ class Evidence:
     def record_rows(self, frame: pl.DataFrame) -> None:
         """Record measurements as received; rejects are counted by `reject`."""
         if len(frame):
-            self._gathered.append(frame[[one for one in _RECORDED if one in frame.columns]])
+            self._gathered.append(frame[:, [one for one in _RECORDED if one in frame.columns]])
             self._gathered_rows += len(frame)
             if POSITION_SIGMA in frame.columns and frame[POSITION_SIGMA].count():
                 known = frame.filter(pl.col(POSITION_SIGMA).is_not_null())["sensor_id"]
