@@ -1,7 +1,7 @@
 """Columnar validation: a table of measurements in, rejected rows with reasons out."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -170,16 +170,9 @@ def rejections(
     tuple of str
         The message of each.
     """
-    # Most recordings leave most columns empty. Only an absent value is a reason to reject there.
-    empty = frozenset(
-        name
-        for name, nulls in zip(frame.columns, frame.null_count().row(0), strict=True)
-        if nulls == frame.height
-    )
-    if len(frame) <= LISTED_ROWS_MAX:
-        lists = Lists(frame, empty)
-        if all(gate.clear(lists) for gate in applicable(gates, empty)):
-            return np.empty(0, np.int64), (), ()
+    if are_clear(frame, gates, {}):
+        return np.empty(0, np.int64), (), ()
+    empty = _empty(frame)
     gate_number = frame.select(_first_gate(gates, empty)).to_series()
     if gate_number.null_count() == len(gate_number):
         return np.empty(0, np.int64), (), ()
@@ -189,6 +182,34 @@ def rejections(
     codes = tuple(gates[number].code for number in first)
     reasons = tuple(_sentence(gates[number], row) for number, row in zip(first, rows, strict=True))
     return index, codes, reasons
+
+
+def are_clear(
+    frame: pl.DataFrame, gates: tuple[Gate, ...], derived: Mapping[str, list[Any]]
+) -> bool:
+    """Return whether no row of a short table is rejected, for certain.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA`.
+    gates : tuple of Gate
+        Reasons to reject a row.
+    derived : mapping of str to list
+        Other columns of the gates, each with a value in every row.
+    """
+    if len(frame) > LISTED_ROWS_MAX:
+        return False
+    empty = _empty(frame)
+    lists = Lists(frame, empty)
+    lists.update(derived)
+    return all(gate.clear(lists) for gate in applicable(gates, empty))
+
+
+# Most recordings leave most columns empty. Only an absent value is a reason to reject there.
+def _empty(frame: pl.DataFrame) -> frozenset[str]:
+    nulls = zip(frame.columns, frame.null_count().row(0), strict=True)
+    return frozenset(name for name, count in nulls if count == frame.height)
 
 
 @lru_cache(maxsize=64)

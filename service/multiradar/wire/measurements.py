@@ -33,6 +33,7 @@ from multiradar_schemas.measurements.columns import (
     complete,
 )
 from multiradar_schemas.measurements.directions import (
+    filled_columns,
     has_column,
     has_directions,
     sensor_gates,
@@ -42,6 +43,7 @@ from multiradar_schemas.measurements.gates import (
     PHYSICAL_GATES,
     Gate,
     Lists,
+    are_clear,
     rejections,
 )
 from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
@@ -109,11 +111,16 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
         return _batch(_without(frame, read.rejections[0]), read.arrays, table), Rejected(
             *read.rejections
         )
+    listed = None if directed else _read_listed(frame, table)
+    if listed is not None:
+        return _batch(frame, listed, table), Rejected(np.empty(0, np.int64), (), ())
     frame = _with_sensors(frame, table)
     frame = with_movers(frame, table, _SENSOR) if directed else frame
     index, code, reason = rejections(frame, _DIRECTED_GATES if directed else _GATES)
     frame = _without(frame, index)
-    return _batch(frame, _arrays(frame), table), Rejected(index, code, reason)
+    # Writable copies, so that kernels are compiled for one type of array.
+    sensor, kind = (frame[name].to_numpy(writable=True) for name in (_SENSOR, _KIND))
+    return _batch(frame, _arrays(frame, sensor, kind), table), Rejected(index, code, reason)
 
 
 def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[str, Any]]:
@@ -194,9 +201,34 @@ def _without(frame: pl.DataFrame, index: NDArray[np.int64]) -> pl.DataFrame:
     return frame.filter(pl.Series(keep))
 
 
+def _read_listed(frame: pl.DataFrame, table: SensorTable) -> dict[str, NDArray[Any]] | None:
+    """Translate a short table, None if a row may be rejected."""
+    if len(frame) > LISTED_ROWS_MAX:
+        return None
+    sensors = _sensor_numbers(table)
+    sensor = [sensors.get(name) for name in frame["sensor_id"].to_list()]
+    kind = [_KIND_NUMBERS.get(name) for name in frame["kind"].to_list()]
+    if None in sensor or None in kind:
+        return None
+    index = np.array(sensor, np.int32)
+    derived = {
+        _SENSOR: sensor,
+        _KIND: kind,
+        _SENSOR_KIND: table.kinds[index].tolist(),
+        _RANGE_END: (table.range_max_m[index] * RANGE_MAX_FACTOR).tolist(),
+        _DISABLED: table.disabled[index].tolist(),
+    }
+    if not are_clear(frame, _GATES, derived):
+        return None
+    return _arrays(frame, index, np.array(kind, np.int8))
+
+
+def _sensor_numbers(table: SensorTable) -> dict[str, int]:
+    return {name: number for number, name in enumerate(table.ids)} | dict(table.aliases)
+
+
 def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
-    sensors = {name: number for number, name in enumerate(table.ids)} | dict(table.aliases)
-    index = _numbers(frame["sensor_id"], sensors, pl.Int32())
+    index = _numbers(frame["sensor_id"], _sensor_numbers(table), pl.Int32())
     end_m = table.range_max_m * RANGE_MAX_FACTOR
     return frame.hstack(
         [
@@ -322,7 +354,8 @@ def _digits(texts: pl.Series, base: int, kind: type[np.signedinteger[Any]]) -> N
     if texts.null_count() == len(texts):
         return np.full(len(texts), MISSING, kind)
     if len(texts) <= LISTED_ROWS_MAX:
-        return np.array([MISSING if one is None else int(one, base) for one in texts], kind)
+        listed = texts.to_list()
+        return np.array([MISSING if one is None else int(one, base) for one in listed], kind)
     return _filled(texts.str.to_integer(base=base, dtype=pl.Int64)).astype(kind, copy=False)
 
 
@@ -333,13 +366,13 @@ def _filled(numbers: pl.Series) -> NDArray[np.int64]:
     return numbers.fill_null(MISSING).to_numpy(writable=True)
 
 
-def _arrays(frame: pl.DataFrame) -> dict[str, NDArray[Any]]:
-    # Writable copies, so that kernels are compiled for one type of array.
-    kind = frame[_KIND].to_numpy(writable=True)
+def _arrays(
+    frame: pl.DataFrame, sensor: NDArray[np.int32], kind: NDArray[np.int8]
+) -> dict[str, NDArray[Any]]:
     position = kind == KIND_POSITION
     return {
         "time_s": _floats(frame, "time_s"),
-        "sensor": frame[_SENSOR].to_numpy(writable=True),
+        "sensor": sensor,
         "kind": kind,
         "range_m": _floats(frame, "range_m", kind == KIND_RADAR),
         "azimuth_rad": np.radians(_floats(frame, "azimuth_deg", ~position)),
@@ -353,9 +386,7 @@ def _arrays(frame: pl.DataFrame) -> dict[str, NDArray[Any]]:
     }
 
 
-def _batch(
-    frame: pl.DataFrame, arrays: dict[str, NDArray[Any]], table: SensorTable
-) -> MeasurementBatch:
+def _batch(frame: pl.DataFrame, arrays: dict[str, Any], table: SensorTable) -> MeasurementBatch:
     if table.known_bias.any():
         measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
         arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()
@@ -370,6 +401,8 @@ def _batch(
         arrays["range_m"] = straight_range(
             arrays["range_m"], arrays["height_m"], np.nan_to_num(site_m), factor
         )
+    if not filled_columns(frame):
+        return MeasurementBatch(**arrays)
     return MeasurementBatch(
         directions=directions_of(frame),
         on_ground=_ground_status(frame),
