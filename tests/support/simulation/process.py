@@ -55,6 +55,7 @@ LIMITS = RuntimeLimits(
     disk_nearly_full_share=2.0,
 )
 QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX = 64, 100_000
+RETAINED_RECORDS = 1 << 12
 #: Fraction of the processes whose sensors are diagnosed.
 DIAGNOSED = 0.2
 #: Datagrams are decoded so often, s.
@@ -168,7 +169,9 @@ class Process:
             self.queue,
             LiveDecoder(
                 LiveOptions(
-                    names=names_by_source(table), scan_periods=scan_periods_by_source(table)
+                    names=names_by_source(table),
+                    scan_periods=scan_periods_by_source(table),
+                    retained_records=RETAINED_RECORDS,
                 )
             ),
             self.service,

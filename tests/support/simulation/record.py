@@ -140,7 +140,7 @@ class Record:
     def sample(self, process: Process) -> None:
         """Note the output so far, and check bounds."""
         service = process.service
-        queued, backlog = service._intake.document()["intake_batches"], service._backlog
+        queued, backlog = service._intake._batches, service._backlog
         require(queued <= LIMITS.intake_batches_max, "I7", f"{queued} messages in the intake")
         most = max(LIMITS.backlog_rows_max, LIMITS.intake_rows_max)
         require(backlog.rows <= most, "I7", f"backlog {backlog.rows} rows")

@@ -272,7 +272,7 @@ class World:
 
     # The event after which a reader gets those of a service: all, if it has none of that number.
     def _known_after(self, process: Process, after: int) -> int:
-        return after if after <= process.service.view.status()["event_sequence"] else 0
+        return after if after <= process.service.publication._events.ring.head else 0
 
     def _some(self, running: list[Process]) -> Process:
         return running[0] if len(running) == 1 else self.random.choice(running)

@@ -17,6 +17,8 @@ from multiradar_schemas.reject import RejectCode
 #: Dispositions of a target report.
 DISPOSITIONS = ("measurement", "duplicate", "left_out", "refused")
 
+_NO_ROWS = pl.DataFrame(schema=REPORT_SCHEMA)
+
 
 @dataclass(frozen=True)
 class RejectedOctets:
@@ -84,7 +86,7 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
     for (category, _source), count in gathered.records.items():
         categories[category] += count
     return LiveBatch(
-        frame=pl.DataFrame(schema=REPORT_SCHEMA),
+        frame=_NO_ROWS,
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets=_octets(gathered, rejected, cut),
@@ -121,7 +123,7 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
     ]
     nothing = np.zeros(count, np.int64)
     return LiveBatch(
-        frame=pl.DataFrame(schema=REPORT_SCHEMA),
+        frame=_NO_ROWS,
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets={

@@ -43,7 +43,7 @@ from multiradar_converters.asterix.framing.datagrams import Datagrams
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
-from multiradar_converters.asterix.live.copies import RecentRecords
+from multiradar_converters.asterix.live.copies import CAPACITY, RecentRecords
 from multiradar_converters.asterix.live.recent_differences import RecentDifferences
 from multiradar_schemas.reject import UNKNOWN_SOURCE, RejectCode
 
@@ -78,6 +78,8 @@ class LiveOptions:
     references : mapping
         Reference points of local coordinates by source; those that a source reports (019/600) fill
         in where there is none.
+    retained_records : int
+        Records retained to find duplicates; a power of two.
     """
 
     names: Mapping[tuple[int, str], str]
@@ -87,6 +89,7 @@ class LiveOptions:
     duplicate_window_s: float = 10.0
     behind_max_s: float = 3600.0
     references: Mapping[int, ReferencePoint] = field(default_factory=dict)
+    retained_records: int = CAPACITY
 
 
 class LiveDecoder:
@@ -105,7 +108,7 @@ class LiveDecoder:
         self._clocks = LiveClocks(self._known, options.scan_periods)
         self._differences = RecentDifferences(sources)
         self._framing = LearntFraming(SKIPPED)
-        self._recent = RecentRecords(options.duplicate_window_s)
+        self._recent = RecentRecords(options.duplicate_window_s, options.retained_records)
         self._references = dict(options.references)
 
     def use(self, options: LiveOptions) -> None:
