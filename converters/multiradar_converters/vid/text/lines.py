@@ -23,12 +23,14 @@ _ISO_TIME = re.compile(
     rb"(?:Z|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
 _LAST_FIELD = re.compile(rb"(?:([^=\s;]+)=)?([^=\s;.]*)(?:\.([0-9]*))?$")
+#: A longer field is no number.
+_FIELD_OCTETS = 256
 _OTHER_FORMS = (
     (re.compile(rb"[+-]?[0-9]+,[0-9]+"), " (a decimal comma; write a decimal point)"),
     (re.compile(rb"[0-9]{1,2}:[0-9]{2}(:[0-9.]+)?"), " (a time of day; write seconds)"),
 )
 _BEGIN = re.compile(rb"\s*[0-9][-0-9.:TZ]*(?:[\s,;|]|$)")
-_KEY = re.compile(rb"([^=\s;]+)=")
+_FIELD_BREAKS = re.compile(rb"[\s;]+")
 _EPOCH = dt.date(1970, 1, 1)
 _PAIR_BREAKS = re.compile(rb"[ \t;]+")
 _BLANKS = re.compile(rb"[ \t]+")
@@ -110,7 +112,7 @@ def is_truncated(line: bytes, before: bytes) -> bool:
     """
     key, decimals = _last_field(line)
     key_before, decimals_before = _last_field(before) if before else (key, -1)
-    if set(_KEY.findall(before)) - set(_KEY.findall(line)):
+    if _keys(before) - _keys(line):
         return True
     return key == key_before and decimals < decimals_before
 
@@ -135,9 +137,15 @@ def lacks_fields(line: bytes, layout: FileLayout) -> bool:
     return len(split_columns(line.rstrip(b"\r"), layout.separator)) < len(layout.columns)
 
 
+# A pattern for all of them would be tried from every octet of a long field.
+def _keys(line: bytes) -> set[bytes]:
+    named = (field.split(b"=")[:-1] for field in _FIELD_BREAKS.split(line) if b"=" in field)
+    return {key for keys in named for key in keys if key}
+
+
 def _last_field(line: bytes) -> tuple[bytes, int]:
     """Return the name of the last field, if any, and its decimals (-1: no point, -2: empty)."""
-    match = _LAST_FIELD.search(line.rstrip(b"\r"))
+    match = _LAST_FIELD.search(_FIELD_BREAKS.split(line.rstrip(b"\r"))[-1][-_FIELD_OCTETS:])
     if match is None:
         return b"", -1
     name, value, decimals = match.groups()
