@@ -15,6 +15,7 @@ from validation.mistakes.mistake import (
     Mistake,
     Sample,
     alone,
+    exchanged,
     plots,
     settings,
     write,
@@ -24,6 +25,8 @@ _TIME, _AZIMUTH = pl.col("time_s"), pl.col("azimuth_deg")
 #: The recording starts at 2018-08-01 08:00:00 UTC.
 _START_S = 1_533_110_400.0
 _RADARS = SENSORS[:-1]
+#: 0 in every third row of a sensor, else 1.
+_TWO_OF_THREE = (pl.int_range(pl.len()).over("sensor_id") % 3 > 0).cast(pl.Float64)
 
 
 def _thinned(every: int) -> Callable[[Sample, Path], None]:
@@ -174,5 +177,62 @@ RECORDING_MISTAKES: tuple[Mistake, ...] = (
             mode_3a=pl.col("mode_3a").shift(1).over("sensor_id"),
         ),
         message=("26-10: its track numbers (track_number)", "with those of the row after"),
+    ),
+    Mistake(
+        "sites of the only two radars exchanged",
+        alone(exchanged(RADAR, "35-10"), RADAR, "35-10"),
+        command=TRACK,
+        message=(
+            "26-10: its site is probably the site of 35-10, and the other way round",
+            "(or the azimuths of both radars are off by 180°)",
+        ),
+        sensors=(RADAR, "35-10"),
+    ),
+    Mistake(
+        "azimuths of the only two radars off by 5°",
+        alone(plots(azimuth_deg=(_AZIMUTH + 5.0) % 360.0), RADAR, "35-10"),
+        command=TRACK,
+        message=("26-10: its azimuths are probably off by +4.8°", "35-10: its azimuths are prob"),
+        sensors=(RADAR, "35-10"),
+    ),
+    Mistake(
+        "nautical miles converted as statute miles",
+        plots(RADAR, range_m=pl.col("range_m") * 1609.344 / 1852.0),
+        command=TRACK,
+        message=("26-10: its ranges are probably nautical miles that were converted as statute",),
+    ),
+    Mistake(
+        "numbers of plots as track numbers",
+        plots(track_number=pl.int_range(pl.len())),
+        command=TRACK,
+        message=("26-10: its track numbers (track_number) are probably the numbers of its plots",),
+        sensors=_RADARS,
+    ),
+    Mistake(
+        "ADS-B at 0°, 0° in every third row",
+        plots(
+            "adsb",
+            latitude_deg=pl.col("latitude_deg") * _TWO_OF_THREE,
+            longitude_deg=pl.col("longitude_deg") * _TWO_OF_THREE,
+        ),
+        command=TRACK,
+        message=("adsb: 33% of its positions are 0°, 0°",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "plots of kind bearing",
+        plots(RADAR, kind=pl.lit("bearing")),
+        command=TRACK,
+        message=(
+            "26-10: kind is probably wrong: 100%",
+            "are of kind bearing, but have ranges",
+        ),
+    ),
+    Mistake(
+        "none: plots without heights",
+        plots(height_m=pl.lit(None, pl.Float64)),
+        command=TRACK,
+        status=0,
+        sensors=(),
     ),
 )

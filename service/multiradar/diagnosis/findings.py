@@ -18,7 +18,9 @@ from multiradar.diagnosis.cross_sensor.comparison import (
     Comparison,
     configured_bias,
 )
+from multiradar.diagnosis.cross_sensor.contradictions import exchanged_sites, merge_contradiction
 from multiradar.diagnosis.cross_sensor.explanations import (
+    BY_RECORDING,
     anticlockwise,
     common_mistake,
     explain,
@@ -118,11 +120,11 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         return [*found, *numbers]
     found += check_addresses(comparison, evidence.sensors.ids, named)
     named = {one.sensor_id for one in found}
-    found += [one for one in check_codes(evidence) if one.sensor_id not in named]
+    found += check_codes(evidence, named)
     named = {one.sensor_id for one in found}
     compared = [one for one in comparison.numbers if evidence.sensors.ids[one] not in named]
     jumps = check_azimuth_jumps(comparison, compared, evidence.sensors.ids)
-    found += _merge_contradiction(jumps, len(compared))
+    found += merge_contradiction(comparison, jumps, evidence.sensors.ids, len(compared))
     named |= {one.sensor_id for one in jumps}
     found += _check_against_others(evidence, comparison, named)
     named = {one.sensor_id for one in found}
@@ -265,7 +267,8 @@ def _check_places(
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
     suspects = _not_by_biases(evidence, suspects, numbers)
     trusted = [one for one in numbers if one not in suspects]
-    found = _explain_suspects(comparison, suspects, trusted, names)
+    exchanged = [] if trusted else exchanged_sites(comparison, suspects, names)
+    found = exchanged or _explain_suspects(comparison, suspects, trusted, names)
 
     # An error of a suspect must not show up in the sensors it is compared with.
     def against(number: int, others: Collection[int]) -> Pairs:
@@ -329,7 +332,7 @@ def _check_places(
     if sum(one.code == "height_unit" for one in found) > 1:
         found = [one for one in found if CONVERTED_TWICE not in one.sentence]
     found = found or turned or check_clock_errors(evidence.sensors, joint)
-    return _merge_contradiction(found, len(numbers))
+    return exchanged or merge_contradiction(comparison, found, names, len(numbers))
 
 
 # Offsets of two radars by one angle displace the site of one as seen from the other. Those that the
@@ -363,10 +366,8 @@ def _explain_suspects(
         asked = trusted or ([] if recorded else suspects)
         why = explain(comparison, number, asked, names, agreeing=bool(trusted))
         if why is not None:
-            where = "other sensors detect aircraft" if asked else "the recording places aircraft"
-            found.append(
-                Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
-            )
+            where = "where other sensors detect aircraft" if asked else BY_RECORDING
+            found.append(Diagnosis(names[number], why.code, why.sentence(names[number], where)))
     if suspects and not found:
         # Radars at one site agree with each other also where all are wrong.
         return common_mistake(comparison, [*suspects, *trusted], names)
@@ -377,32 +378,6 @@ def _explain_suspects(
 def _is_valid(evidence: Evidence, name: str) -> bool:
     source = evidence.sources[name]
     return source.rejected.total() <= loss_checks.LOST_MAX * source.read
-
-
-_MAY_BE_EITHER = (
-    "site",
-    "clock",
-    "azimuth_offset",
-    "azimuth_jump",
-    "site_height",
-    HEIGHT_CODE,
-    "ground_ranges",
-    "height_offset",
-)
-
-
-# With two sensors, an error of one equals the opposite error of the other.
-def _merge_contradiction(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
-    if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
-        return found
-    first, second = found
-    if first.code not in _MAY_BE_EITHER:
-        return found
-    sentence = (
-        f"{first.sensor_id} and {second.sensor_id} disagree, and there is no third sensor to "
-        f"decide which is wrong: {first.sentence}; or {second.sentence}"
-    )
-    return [Diagnosis(one.sensor_id, one.code, sentence) for one in found[:1]]
 
 
 # Small differences of a sensor that agrees with others.

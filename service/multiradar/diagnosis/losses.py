@@ -108,7 +108,28 @@ def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
     for part in evidence.sources[name].kept:
         for one, count in part.group_by("kind", maintain_order=True).len().iter_rows():
             kinds[str(one)] += count
-    return _of_two_kinds(evidence, name, kinds, losses) or _of_kind(evidence, name, kinds, losses)
+    return (
+        _of_two_kinds(evidence, name, kinds, losses)
+        or _of_kind(evidence, name, kinds, losses)
+        or _of_bearings(evidence, name)
+    )
+
+
+# A radar that is jammed delivers bearings without ranges.
+def _of_bearings(evidence: Evidence, name: str) -> Diagnosis | None:
+    number, plots = evidence.number(name), evidence.sources[name].plots()
+    if number < 0 or evidence.sensors.kinds[number] != KIND_RADAR:
+        return None
+    bearings = int(((plots["kind"] == "bearing") & plots["range_m"].is_not_null()).sum())
+    if bearings <= max(READ_MIN, LOST_MAX * len(plots)):
+        return None
+    return Diagnosis(
+        name,
+        "kind",
+        f"{name}: kind is probably wrong: {bearings / len(plots):.0%} of its measurements are of "
+        "kind bearing, but have ranges, which are not used; write radar in the column kind of its "
+        "measurements",
+    )
 
 
 # Most measurements of another kind than the declared one.

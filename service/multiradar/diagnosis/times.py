@@ -237,13 +237,14 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
         and _is_cut(one, one.last_s - _CUT_S)
     }
     found = []
-    for names in _ended_together(early, whole_s):
+    for group in _ended_together(early, whole_s):
+        names = _with_few_aircraft(timed, group, whole_s, last_s)
         kinds = {_kind(timed[one]) for one in names}
         same = [one for one in timed if _kind(timed[one]) in kinds and one not in names]
         missing = (last_s - max(timed[one].last_s for one in names)) / whole_s
         traffic = any(_aircraft(timed[one]) >= ENDS_AIRCRAFT_MIN for one in names)
         cut = not same and missing > ENDS_MISSING_MAX and traffic
-        rest = [one for one in timed if one not in early]
+        rest = [one for one in timed if one not in early and one not in names]
         found.append(_ends(timed, names, rest, missing, "error" if cut else "warning"))
     late = [
         name
@@ -319,6 +320,21 @@ def _ended_together(early: Mapping[str, Source], whole_s: float) -> list[list[st
             groups.append([])
         groups[-1].append(name)
     return [sorted(names) for names in groups]
+
+
+# Also the sources that end with the others of a group, but with too few aircraft to end one.
+def _with_few_aircraft(
+    timed: Mapping[str, Source], group: Sequence[str], whole_s: float, last_s: float
+) -> list[str]:
+    end_s = max(timed[one].last_s for one in group)
+    few = [
+        name
+        for name, one in timed.items()
+        if name not in group
+        and last_s - one.last_s > _pause_max_s(one, whole_s)
+        and abs(one.last_s - end_s) <= _pause_max_s(one, whole_s)
+    ]
+    return sorted([*group, *few])
 
 
 def _kind(source: Source) -> str:

@@ -74,6 +74,8 @@ CHOSEN = (
     "convert: latitude and longitude exchanged in plots.txt",
     "Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
     "convert: times in hours",
+    "sites of the only two radars exchanged",
+    "plots of kind bearing",
 )
 
 

@@ -69,15 +69,19 @@ class Recording:
         """Return the sensor table."""
         return wire.sensor_table(SensorsFile(sensor=self.sensors))
 
-    def diagnosed(self, tracks: NDArray[np.int64] | None = None) -> list[Diagnosis]:
-        """Return its diagnoses when everything valid is accepted, and updates these tracks."""
+    def evidence(self, tracks: NDArray[np.int64] | None = None) -> Evidence:
+        """Return what a run retains when everything valid is accepted, and updates these tracks."""
         evidence = Evidence(self.table())
         measured, rejected = wire.measurement_batch(self.frame, evidence.sensors)
         evidence.record_batch(self.frame, rejected, measured, np.zeros(len(measured), np.int8))
         if tracks is not None:
             evidence.record_plots(TrackPlots(tracks, measured))
         evidence.confirmed = True
-        return diagnose(evidence)
+        return evidence
+
+    def diagnosed(self, tracks: NDArray[np.int64] | None = None) -> list[Diagnosis]:
+        """Return its diagnoses."""
+        return diagnose(self.evidence(tracks))
 
     def codes(self) -> list[tuple[str, str]]:
         """Return the sensor and the code of each diagnosis."""

@@ -277,6 +277,18 @@ def test_a_warning_hides_no_losses() -> None:
     assert said(evidence).code == "measurements_lost"
 
 
+@pytest.mark.parametrize("ranges", [True, False])
+def test_bearings_of_a_radar_that_have_ranges_are_plots(*, ranges: bool) -> None:
+    one = recording().changed("1-10", kind=pl.lit("bearing"))
+    # Without ranges, they are those of a radar under jamming.
+    one = one if ranges else one.changed("1-10", range_m=pl.lit(None, pl.Float64))
+    found = [said for said in one.diagnosed() if said.code == "kind"]
+    assert [said.sensor_id for said in found] == (["1-10"] if ranges else [])
+    assert not ranges or "are of kind bearing, but have ranges, which are not used" in (
+        found[0].sentence
+    )
+
+
 @pytest.mark.parametrize(("kind", "other"), [("adsb", "mlat"), ("mlat", "adsb")])
 def test_a_kind_of_positions_declared_as_the_other_is_reported(
     kind: Literal["adsb", "mlat"], other: Literal["adsb", "mlat"]

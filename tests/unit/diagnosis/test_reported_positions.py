@@ -113,3 +113,20 @@ def test_reported_heights_in_feet_are_those_of_the_reports(
     (found,) = one.changed("adsb", height_m=feet).diagnosed()
     assert (found.sensor_id, found.code) == ("adsb", "height_unit")
     assert "its heights are probably in feet" in found.sentence
+
+
+# Regression: track numbers were said to be those of other rows.
+@pytest.mark.parametrize(
+    ("every", "share", "severity"), [(1, 100, "error"), (3, 33, "error"), (20, 5, "warning")]
+)
+def test_positions_of_0_0_are_none(every: int, share: int, severity: str) -> None:
+    one = with_reports(recording(positions=True))
+    none = pl.col("time_s").rank("ordinal").cast(pl.Int64) % every == 0
+    none &= pl.col("sensor_id") == "adsb"
+    frame = one.frame.with_columns(
+        pl.when(none.over("sensor_id")).then(0.0).otherwise(pl.col(name)).alias(name)
+        for name in ("latitude_deg", "longitude_deg")
+    )
+    (said,) = Recording(frame, one.sensors).diagnosed()
+    assert (said.sensor_id, said.code, said.severity) == ("adsb", "position_missing", severity)
+    assert f"{share}% of its positions are 0°, 0°" in said.sentence

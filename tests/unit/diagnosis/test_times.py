@@ -122,6 +122,23 @@ def test_several_days_of_positions_are_a_warning(kinds: tuple[str, ...], severit
     )  # fmt: skip
 
 
+def test_a_radar_with_few_aircraft_ends_with_the_others_of_a_truncated_file() -> None:
+    """Regression: it was said to continue, and the file not to be truncated."""
+    few = timed("radar", 0.0, 801.0, aircraft=2)
+    few.kept = [one.with_columns(time_s=pl.lit(few.last_s)) for one in few.kept]
+    sources = {
+        "1-1": few,
+        "1-10": timed("radar", 0.0, 800.0),
+        "adsb": timed("adsb", 0.0, 1800.0),
+    }
+    (found,) = check_ends(sources)
+    assert (found.code, found.severity) == ("ends_early", "error")
+    assert found.sentence.startswith("1-1, 1-10: their measurements end at")
+    assert "those of adsb continue" in found.sentence
+    # Alone, its last aircraft have left it.
+    assert check_ends({name: sources[name] for name in ("1-1", "adsb")}) == []
+
+
 def test_radars_that_all_end_early_are_those_of_a_truncated_file() -> None:
     sources = {
         "1-10": timed("radar", 0.0, 800.0),

@@ -13,6 +13,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
 )
 from multiradar.diagnosis.cross_sensor.hypotheses import Polar, as_given
 from multiradar.diagnosis.cross_sensor.references import (
+    RECORDING,
     Pairs,
     Paths,
     candidate_pairs,
@@ -24,7 +25,16 @@ from multiradar.diagnosis.cross_sensor.references import (
     tracked_paths,
 )
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, positions, reported
+from multiradar.diagnosis.plots import (
+    Booleans,
+    Floats,
+    Plots,
+    Site,
+    located,
+    plots_of,
+    positions,
+    reported,
+)
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -132,6 +142,29 @@ class Comparison:
     def site_of_radar(self, number: int) -> Site | None:
         """Return the site of a radar; None for a sensor that reports positions."""
         return self.site(number) if self.is_radar(number) else None
+
+    def have_heights(self, number: int, pairs: Pairs) -> Booleans:
+        """Return which pairs compare positions by heights that were reported, (k,) bool.
+
+        A height that is assumed displaces a plot, as ranges that are a fraction too long do.
+        Reported positions need none.
+
+        Parameters
+        ----------
+        number : int
+            The sensor.
+        pairs : Pairs
+            Positions by others of the aircraft of its tested plots.
+        """
+        own = np.isfinite(self.tested(number).height_m)[pairs.plot]
+        others, at = np.unique(pairs.source, return_inverse=True)
+        known, polar = np.ones((2, len(others)), np.bool_)
+        for row, other in enumerate(others.tolist()):
+            if other != RECORDING:
+                heights = np.isfinite(self._plots[other].height_m)
+                known[row] = heights.mean() >= AGREES_MIN
+            polar[row] = other != RECORDING and self.is_radar(other)
+        return np.asarray((own | known[at]) & (known[at] | ~polar[at]))
 
     def apart_m(self, first: int, later: int) -> float:
         """Return the horizontal distance of two sites, m."""

@@ -18,6 +18,7 @@ from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN,
 from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
+    CONVERSIONS,
     RARE_RANGE_UNITS,
     READINGS,
     Reading,
@@ -39,6 +40,8 @@ GAIN_MIN = 0.3
 #: Compared plots that suffice for another of the configured sites, or a change of its signs: one in
 #: some hundred fits by chance.
 FEW_MIN = 8
+#: Where plots lie that agree with the positions in the recording.
+BY_RECORDING = "where the recording places aircraft"
 #: An explanation with fewer free parameters is preferred unless another explains this much more.
 SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
@@ -151,10 +154,11 @@ def common_mistake(
     """
     radars = [one for one in suspects if comparison.is_radar(one)]
     units = [one for one in READINGS if not one.any_rotation]
-    for reading in (*units, *RARE_RANGE_UNITS, reversed_from("north"), *map(turned, _TURNS_DEG)):
+    rare = (*RARE_RANGE_UNITS, *CONVERSIONS, reversed_from("north"), *map(turned, _TURNS_DEG))
+    for reading in (*units, *rare):
         shares = []
         for one in radars:
-            shares.append(_common_share(comparison, one, suspects, reading))
+            shares.append(common_share(comparison, one, suspects, reading))
             if shares[-1] < AGREES_MIN:
                 break
         if shares and min(shares) >= AGREES_MIN:
@@ -210,9 +214,10 @@ def anticlockwise(
     )
 
 
-def _common_share(
+def common_share(
     comparison: Comparison, number: int, others: Collection[int], reading: Reading
 ) -> float:
+    """Return the fraction of the plots of a radar that agree if an error of all is corrected."""
     plots = comparison.tested(number)
     pairs = comparison.pairs(number, others, reading=reading.polar)
     compared = len(np.unique(pairs.plot))

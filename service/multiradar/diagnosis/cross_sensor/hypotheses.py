@@ -1,7 +1,7 @@
 """Errors that are tested on the plots of a radar: other interpretations of its values."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,6 +84,33 @@ RARE_RANGE_UNITS = tuple(
         **{f"units of 1/{parts} NM": NAUTICAL_MILE_M / parts for parts in (8, 16, 32, 64)},
         "microseconds from pulse to echo": 149.896,
     }.items()
+)
+#: Units of the values and units from which they were converted, m.
+_LENGTHS = {
+    "nautical miles": NAUTICAL_MILE_M,
+    "statute miles": 1609.344,
+    "kilometres": 1e3,
+    "metres": 1.0,
+    "yards": 0.9144,
+    "feet": FOOT_M,
+}
+#: Factors of ranges by a conversion from the wrong unit: both are miles, or both are short.
+CONVERSIONS = tuple(
+    replace(
+        _range_unit(given, _LENGTHS[given] / _LENGTHS[taken]),
+        code="range_factor",
+        mistake=f"its ranges are probably {given} that were converted as {taken}",
+        with_it=f"conversion from {given}",
+        remedy=f"convert them from {given}",
+    )
+    for given, taken in (
+        ("nautical miles", "statute miles"),
+        ("statute miles", "nautical miles"),
+        ("nautical miles", "kilometres"),
+        ("kilometres", "nautical miles"),
+        ("metres", "yards"),
+        ("metres", "feet"),
+    )
 )
 #: A factor of ranges is that of a unit within this.
 _UNIT_WITHIN = 0.01
@@ -192,7 +219,7 @@ def _range_factor(word: str, other: str, factor: float) -> Reading:
 
 def scaled(factor: float) -> Reading:
     """Return the interpretation of ranges that are to be multiplied by a factor, as of a unit."""
-    for unit in RARE_RANGE_UNITS:
+    for unit in (*RARE_RANGE_UNITS, *CONVERSIONS):
         metres, _ = unit.polar(np.ones(1), np.zeros(1))
         if abs(metres[0] / factor - 1.0) <= _UNIT_WITHIN:
             return unit

@@ -393,7 +393,8 @@ def _rows_of(comparison: Comparison, number: int, agreement: Agreement, pairs: P
     where = located(site, plots.range_m, np.radians(plots.azimuth_deg), height_m)
     apart = np.einsum("kij,kj->ki", rotation, where - pairs.position_m)[:, :2]
     good = np.flatnonzero(
-        (np.linalg.norm(apart, axis=1) <= APART_MAX_M)
+        comparison.have_heights(number, pairs)
+        & (np.linalg.norm(apart, axis=1) <= APART_MAX_M)
         & (np.abs(height_m - seen_m) <= HEIGHTS_ALIKE_M)
     )
     own = np.full(len(good), number)

@@ -41,7 +41,33 @@ _CRUISE_M, _CRUISING_MIN, _SPREAD_MIN, _SPREAD_RATIO = 7500.0, 10, 0.2, 2.0
 #: twice the course of an aircraft that turns, and number of such aircraft.
 _STRETCH_MIN, _STRETCH_SIGMAS, _STRETCH_RATIO = 0.08, 5.0, 3.0
 _LEG_S, _TURNING_MIN, _TURNING_AIRCRAFT_MIN = 15.0, 0.1, 5
+#: Fraction of positions of 0°, 0° that is reported, and above which the tracks suffer.
+_NOWHERE_MIN, _NOWHERE_MAX = 0.02, 0.1
 _TIME_UNITS = {"minutes": 60.0, "hours": 3600.0, "days": 86_400.0}
+
+
+def check_nowhere(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose reported positions of 0°, 0°: no aircraft stays there.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its reports.
+    """
+    nowhere = (plots.latitude_deg == 0.0) & (plots.longitude_deg == 0.0)
+    share = float(np.mean(nowhere)) if plots.size else 0.0
+    least = _NOWHERE_MIN if np.count_nonzero(nowhere) >= TESTED_MIN else LOST_MAX
+    if share <= least:
+        return None
+    return Diagnosis(
+        name,
+        "position_missing",
+        f"{name}: {share:.0%} of its positions are 0°, 0°, which probably stands for an unknown "
+        "position; remove these rows",
+        "error" if share > _NOWHERE_MAX else "warning",
+    )
 
 
 def check_reports(name: str, plots: Plots) -> Diagnosis | None:
@@ -56,14 +82,8 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
     """
     if plots.size < TESTED_MIN:
         return None
-    nowhere = (plots.latitude_deg == 0.0) & (plots.longitude_deg == 0.0)
-    if np.mean(nowhere) > LOST_MAX:
-        return Diagnosis(
-            name,
-            "position_missing",
-            f"{name}: {np.mean(nowhere):.0%} of its positions are 0°, 0°, which probably stands "
-            "for an unknown position; remove these rows",
-        )
+    if (nowhere := check_nowhere(name, plots)) is not None:
+        return nowhere
     constant = _of_constant(name, plots)
     if constant is not None:
         return constant

@@ -228,6 +228,9 @@ def _form(comparison: Comparison, pair: tuple[int, int], wrong: int, key: int) -
             steps = "the row" if abs(rows) == 1 else f"the {abs(rows)}nd row"
             return f"with those of {steps} {where}, {share:.0%} of its plots agree"
     own, theirs, _ = _matched(comparison, wrong, other, key)
+    if len(own) == 0:
+        # The paths of one sensor may be known where those of the other one are not.
+        return ""
     forms: Mapping[str, Callable[[int], int]] = _ADDRESS_FORMS if key == _ADDRESS else {}
     for what, form in forms.items():
         if np.mean([form(one) == name for one, name in zip(theirs, own, strict=True)]) >= _FORM_MIN:

@@ -14,12 +14,12 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis, first_of
-from multiradar.diagnosis.motion.reports import check_minutes
+from multiradar.diagnosis.motion.reports import check_minutes, check_nowhere
 from multiradar.diagnosis.motion.vertical_rates import check_height_scatter, check_vertical_rates
 from multiradar.diagnosis.plots import Plots, Site
 from multiradar.diagnosis.scans import coherence_at
 from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
-from multiradar.diagnosis.single_sensor.codes import check_decimal_codes
+from multiradar.diagnosis.single_sensor.codes import check_decimal_codes, check_plot_numbers
 from multiradar.diagnosis.single_sensor.columns import (
     check_constant,
     check_signed,
@@ -64,6 +64,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
     if not comparison.is_radar(number):
         sigma_m = float(evidence.sensors.position_sigma_m[number])
         return first_of(
+            check_nowhere(name, plots),
             check_identities(name, plots, None),
             check_shifted(name, plots),
             check_filled_heights(name, plots, None) or _of_reported_heights(name, plots),
@@ -79,6 +80,7 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
     return first_of(
         check_limits(name, plots) or check_wrapped(name, plots) or check_constant(name, plots),
         # Speeds and times between plots of an aircraft rely on its identity.
+        check_plot_numbers(name, plots),
         check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots)

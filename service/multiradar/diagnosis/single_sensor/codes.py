@@ -1,15 +1,21 @@
-"""Mode 3/A codes of a sensor that are written as decimal numbers."""
+"""Identities of a sensor that are other numbers: decimal codes, numbers of plots."""
 
+import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.names import counted
+from multiradar.diagnosis.plots import KEYS, Plots
 
 #: Fraction of the codes that have a digit which no octal number has, at least; a garbled code has
 #: none. Decimal codes of all aircraft have one in half of the cases.
 _NOT_OCTAL_MIN = 0.02
 #: Greatest code.
 _CODE_MAX = 0o7777
+#: Numbers that differ from plot to plot are no track numbers: fraction of the plots with a number
+#: of their own, at least, of so many plots.
+_OWN_MIN, _NUMBERED_MIN = 0.9, 100
 
 
 def check_decimal_codes(name: str, codes: pl.Series) -> Diagnosis | None:
@@ -35,4 +41,30 @@ def check_decimal_codes(name: str, codes: pl.Series) -> Diagnosis | None:
         f"{name}: its Mode 3/A codes (mode_3a) are probably decimal numbers: "
         f"{wrong / len(known):.0%} have the digits 8 or 9, and none exceeds {_CODE_MAX}; write "
         "them as four octal digits",
+    )
+
+
+def check_plot_numbers(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose track numbers of which nearly every plot has another one.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its plots.
+    """
+    numbers = plots.keys[:, KEYS.index("track_number")]
+    known = numbers[numbers >= 0]
+    if len(known) < _NUMBERED_MIN:
+        return None
+    _, counts = np.unique(known, return_counts=True)
+    if np.count_nonzero(counts == 1) < _OWN_MIN * len(known):
+        return None
+    return Diagnosis(
+        name,
+        "track_numbers",
+        f"{name}: its track numbers (track_number) are probably the numbers of its plots: "
+        f"{counted(len(known))} plots have {counted(len(counts))} different ones, so that each "
+        "plot starts a track; write the number of the track, or leave track_number empty",
     )

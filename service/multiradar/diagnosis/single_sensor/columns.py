@@ -1,6 +1,6 @@
 """Columns that are not filled as measured: one value for all, times or codes in another form."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 
 import numpy as np
 import polars as pl
@@ -253,15 +253,18 @@ def _of_time_unit(name: str, unit: str, why: str) -> Diagnosis:
     )  # fmt: skip
 
 
-def check_codes(evidence: Evidence) -> list[Diagnosis]:
+def check_codes(evidence: Evidence, named: Collection[str]) -> list[Diagnosis]:
     """Diagnose Mode 3/A codes of a sensor that differ from those of others for the same tracks.
 
     Parameters
     ----------
     evidence : Evidence
         What is retained of the run.
+    named : collection of str
+        Sensors with another diagnosis, which are not compared.
     """
-    codes = _codes_of_tracks(evidence)
+    wrong_ones = [evidence.number(name) for name in named]
+    codes = _codes_of_tracks(evidence).filter(~pl.col("sensor").is_in(wrong_ones))
     pairs = codes.join(codes, on="track", suffix="_other").filter(
         pl.col("sensor") != pl.col("sensor_other"),
         ~pl.col("code_other").is_in(CONSPICUITY),

@@ -18,6 +18,8 @@ RANGE, AZIMUTH, TIME = (pl.col(name) for name in ("range_m", "azimuth_deg", "tim
         (10.0, "in decametres"),
         (1852.0 / 16.0, "in units of 1/16 NM"),
         (149.896, "in microseconds from pulse to echo"),
+        (1852.0 / 1609.344, "nautical miles that were converted as statute miles"),
+        (1.0 / 0.9144, "metres that were converted as yards"),
         (0.7, "1.43 times the true distances"),
     ],
 )
@@ -30,6 +32,12 @@ def test_all_radars_may_have_ranges_in_statute_miles() -> None:
     found = recording().changed(*RADARS, range_m=RANGE / 1609.344).diagnosed()
     assert [one.sensor_id for one in found] == [*RADARS]
     assert all("in statute miles, like those of all radars" in one.sentence for one in found)
+
+
+def test_all_radars_may_have_nautical_miles_converted_as_statute_miles() -> None:
+    found = recording().changed(*RADARS, range_m=RANGE * 1609.344 / 1852.0).diagnosed()
+    assert [one.sensor_id for one in found] == [*RADARS]
+    assert all("nautical miles that were converted as statute" in one.sentence for one in found)
 
 
 @pytest.mark.parametrize("counts", [8192, 16_384])

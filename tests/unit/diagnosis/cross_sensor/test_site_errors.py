@@ -4,9 +4,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
+from multiradar.diagnosis.cross_sensor.comparison import Comparison
 from multiradar.diagnosis.cross_sensor.effects import GAIN, SCALE, SHIFT
 from multiradar.diagnosis.cross_sensor.site_errors import (
     AIRCRAFT_MIN,
@@ -114,3 +116,21 @@ def test_a_site_that_few_aircraft_show_is_named(north_m: float) -> None:
     if found:
         assert "its site is probably 3." in found[0].sentence
         assert "km south of the configured site" in found[0].sentence
+
+
+@pytest.mark.parametrize(
+    ("without", "radars"), [((), 3), (("1-10",), 3), (("1-10", "2-10", "3-10"), 0)]
+)
+def test_plots_by_assumed_heights_are_no_part_of_a_fit(
+    without: tuple[str, ...], radars: int
+) -> None:
+    """Regression: ranges were said to be 0.4 % too short where no plot had a height."""
+    one = recording().changed(*without, height_m=pl.lit(None, pl.Float64))
+    comparison = Comparison(one.evidence())
+    numbers = comparison.numbers
+    compared = {
+        number: (comparison.agreement(number, pairs), pairs)
+        for number in numbers
+        for pairs in [comparison.pairs(number, numbers)]
+    }
+    assert len(JointFit(one.table(), comparison, compared).radars) == radars

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from support.inputs.mistaken import Recording, recording
+from support.inputs.mistaken import Recording, recording, with_reports
 
 NAME, OTHERS = "1-10", ("2-10", "3-10")
 
@@ -55,6 +55,27 @@ def test_addresses_of_two_radars_do_not_show_which_are_wrong() -> None:
 
 def test_right_addresses_are_no_mistake() -> None:
     assert addressed(numbered=True).codes() == []
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_plot_numbers_are_no_track_numbers(*, alone: bool) -> None:
+    """Regression: an internal error beside ADS-B, and nothing was said without."""
+    one = with_reports(recording(positions=True))
+    one = one.only(NAME) if alone else one
+    names = (NAME,) if alone else (NAME, *OTHERS)
+    found = one.changed(*names, track_number=pl.int_range(pl.len())).diagnosed()
+    assert [(said.sensor_id, said.code) for said in found] == [
+        (name, "track_numbers") for name in names
+    ]
+    assert "are probably the numbers of its plots" in found[0].sentence
+
+
+def test_a_number_of_few_plots_each_is_a_track_number() -> None:
+    one = recording(1, 60).only(NAME)
+    # A radar that sees each aircraft twice.
+    first = one.frame.filter(pl.int_range(pl.len()).over("track_number") < 2)
+    found = replace(one, frame=first).diagnosed()
+    assert "track_numbers" not in [said.code for said in found]
 
 
 def test_truncated_track_numbers_are_named() -> None:

@@ -43,3 +43,19 @@ def test_decimal_codes_with_and_without_leading_zeros(width: int) -> None:
 )
 def test_other_codes_are_not_decimal(codes: list[str | None]) -> None:
     assert check_decimal_codes("1-10", pl.Series(codes, dtype=pl.String)) is None
+
+
+def test_codes_of_the_other_radar_are_not_blamed_beside_decimal_ones() -> None:
+    """Regression: the right codes of the other radar were said to be in another form, too."""
+    one = recording().only("1-10", "2-10")
+    number = pl.col("track_number")
+    octal = number.map_elements(lambda x: f"{x * 17 + 1000:04o}", pl.String)
+    decimal = pl.format("{}", number * 17 + 1000).str.zfill(4)
+    coded = one.frame.with_columns(
+        mode_3a=pl.when(pl.col("sensor_id") == "1-10").then(octal).otherwise(decimal)
+    )
+    valid = ~coded["mode_3a"].str.contains("[89]")
+    tracks = coded["track_number"].filter(valid).to_numpy()
+    frame = coded.with_columns(track_number=pl.lit(None, pl.Int64))
+    found = type(one)(frame, one.sensors).diagnosed(tracks)
+    assert [said.sensor_id for said in found if said.code == "codes"] == ["2-10"]
