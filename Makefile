@@ -7,6 +7,7 @@ BIN := $(VENV)/bin
 # Modules are compiled when they are imported.
 PIP = $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
 RUNNABLE := $(VENV)/.runnable
+INSTALLED := $(VENV)/.installed
 READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
@@ -16,7 +17,7 @@ export PYTHONDONTWRITEBYTECODE :=
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
 
-install: $(READY) ## Create .venv with the pinned versions, and compile the kernels
+install: $(INSTALLED) ## Create .venv with the pinned versions, and compile the kernels
 	$(BIN)/multiradar warm-up
 	# Commands start slowly without it where Python may not write bytecode.
 	$(BIN)/python -m compileall -q -q -j 0 $(VENV)/lib
@@ -27,9 +28,14 @@ $(RUNNABLE): requirements/run.txt
 	$(PIP) --require-hashes --requirement requirements/run.txt
 	@touch $@
 
-$(READY): $(RUNNABLE) requirements/dev.txt pyproject.toml
-	$(PIP) --require-hashes --requirement requirements/dev.txt
+$(INSTALLED): $(RUNNABLE) requirements/build.txt pyproject.toml
+	$(PIP) --require-hashes --requirement requirements/build.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Users need no tools for development, whose installation takes as long as all the rest.
+$(READY): $(INSTALLED) requirements/dev.txt
+	$(PIP) --require-hashes --requirement requirements/dev.txt
 	@touch $@
 
 lint: $(READY) ## Check style
@@ -72,7 +78,7 @@ fuzz: $(READY) ## Run all property tests with new random examples (FUZZ_SECONDS=
 simulate-faults: $(READY) ## Simulate the service under faults (SIMULATE_OPTIONS="--runs 1000 --seed 0")
 	cd tests && POLARS_MAX_THREADS=1 ../$(BIN)/python -m support.simulation $(SIMULATE_OPTIONS)
 
-demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biases
+demo: $(INSTALLED) ## Convert the sample, serve and replay it, show tracks and biases
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
 
 $(VENV)/.cluster: $(READY) requirements/cluster.txt
@@ -114,7 +120,7 @@ kernel-list: $(READY) ## Update the list of kernels of each command; --check com
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
 lock: ## Update all pinned versions (needs uv); those of dev hold everywhere
-	for use in dev run bench cluster traces docs dist; do \
+	for use in dev run build bench cluster traces docs dist; do \
 	  uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    $$([ $$use = run ] || echo --extra $$use) $$([ $$use = dev ] || echo --constraint requirements/dev.txt) \
 	    pyproject.toml -o requirements/$$use.txt; \
