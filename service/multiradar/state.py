@@ -188,7 +188,7 @@ def _copied(value: Any, kind: Any) -> Any:
         return np.array(value, order="C")
     if hasattr(kind, "STATE"):
         return _copied_fields(value, kind)
-    origin, arguments = get_origin(kind) or kind, get_args(kind)
+    origin, arguments = _parts(kind)
     if origin in _MAPPINGS:
         _, held = _pair(origin, arguments)
         return [(key, _copied(one, held)) for key, one in value.items()]
@@ -240,7 +240,7 @@ def _encoded_items(value: Any, kind: Any, arrays: list[NDArray[Any]], place: str
             name: _encoded(value[name], one, arrays, f"{place}.{name}")
             for name, one in kind.STATE.items()
         }
-    origin, arguments = get_origin(kind) or kind, get_args(kind)
+    origin, arguments = _parts(kind)
     if origin in _MAPPINGS:
         key_kind, held = _pair(origin, arguments)
         pairs = value if isinstance(value, list) else value.items()
@@ -310,7 +310,7 @@ def _decoded_items(document: Any, kind: Any, arrays: list[NDArray[Any]]) -> Any:
         holder = kind()
         _restore(holder, document, arrays)
         return holder
-    origin, arguments = get_origin(kind) or kind, get_args(kind)
+    origin, arguments = _parts(kind)
     if origin in _MAPPINGS:
         key_kind, held = _pair(origin, arguments)
         return origin(
@@ -338,6 +338,11 @@ def _without_none(kind: Any) -> Any:
 
 
 @cache
+def _parts(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    return get_origin(kind) or kind, get_args(kind)
+
+
+@cache
 def _is_array(kind: Any) -> bool:
     return (get_origin(kind) or kind) is np.ndarray
 
@@ -355,7 +360,7 @@ def _fields_of(kind: Any) -> dict[str, Any]:
 
 # Types of the items of a list or of a tuple, or of the fields of a table.
 def _item_kinds(kind: Any, count: int) -> tuple[Any, ...]:
-    origin, arguments = get_origin(kind) or kind, get_args(kind)
+    origin, arguments = _parts(kind)
     if origin not in _LISTS:
         return tuple(_fields_of(kind).values())
     is_fixed = origin is tuple and arguments[-1] is not Ellipsis

@@ -8,6 +8,7 @@ missing. Rows with NaN or infinities are rejected.
 
 import io
 import json
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ from multiradar_schemas.measurements.columns import (
     complete,
 )
 from multiradar_schemas.measurements.directions import without_empty_columns
-from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate
+from multiradar_schemas.measurements.gates import LISTED_ROWS_MAX, PHYSICAL_GATES, Gate
 from multiradar_schemas.reject import RejectCode
 
 #: Maximum total text, as a multiple of the body: dictionaries and views can repeat one long text in
@@ -242,6 +243,13 @@ _USUAL = {
 }
 
 
+# The same for one text, of which few rows have another.
+_AS_STORED: dict[str, Callable[[str], str]] = {
+    "mode_s_address": str.lower,
+    "callsign": lambda text: text.strip(" ").upper(),
+}
+
+
 def _gated(frame: pl.DataFrame) -> Parsed:
     with tested_by_loops(frame, _GATES) as tested:
         index, codes, reasons = rejected_rows(frame, _GATES, tested)
@@ -263,6 +271,9 @@ def _may_change(frame: pl.DataFrame, name: str, tested: Tested | None) -> bool:
     # A row that is odd was not read, and may have been accepted all the same.
     if tested is not None and not tested.odd.any():
         return tested.unusual.get(name, 0) > 0
+    if len(frame) <= LISTED_ROWS_MAX:
+        texts = {text for text in frame[name].to_list() if text is not None}
+        return any(text != _AS_STORED[name](text) for text in texts)
     return frame[name].null_count() < len(frame)
 
 

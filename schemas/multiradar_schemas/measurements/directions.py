@@ -77,7 +77,7 @@ def _filled(frame: pl.DataFrame, names: Sequence[str]) -> frozenset[str]:
     rows, columns = frame.height, frame.columns
     if len(names) <= _FEW_COLUMNS:
         given = [name for name in names if name in columns]
-        return frozenset(name for name in given if frame[name].null_count() < rows)
+        return frozenset(name for name in given if frame.get_column(name).null_count() < rows)
     # Of all columns at once, which costs no more than that of some.
     nulls = dict(zip(columns, frame.null_count().row(0), strict=True))
     return frozenset(name for name in names if nulls.get(name, rows) < rows)

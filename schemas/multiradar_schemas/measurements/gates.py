@@ -64,7 +64,7 @@ class Lists(dict[str, list[Any]]):
         self.empty = empty
 
     def __missing__(self, name: str) -> list[Any]:
-        values = self[name] = self._frame[name].to_list()
+        values = self[name] = self._frame.get_column(name).to_list()
         return values
 
 

@@ -4,6 +4,7 @@ Named tuples, because compiled functions accept them directly. All arrays of `Ai
 one shard and are changed in place by its kernels (the one exception to frozen states).
 """
 
+import math
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -356,7 +357,8 @@ def line_aligned(
     Partitions assign slots by whole lines (`tracking.pool`). Without alignment nearly every line
     would hold slots of two workers (false sharing).
     """
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    cells = math.prod(shape) if isinstance(shape, tuple) else shape
+    size = cells * np.dtype(dtype).itemsize
     memory = np.zeros(size + LINES_BYTES, np.uint8)
     start = -memory.ctypes.data % LINES_BYTES
     array: NDArray[Any] = memory[start : start + size].view(dtype).reshape(shape)

@@ -248,6 +248,9 @@ def _translate_together(
         for frame in frames:
             yield from _translate_together([frame], table)
         return
+    if len(frames) == 1:
+        yield batch, rejected
+        return
     ends = list(itertools.accumulate((len(frame) for frame in frames), initial=0))
     cuts = np.searchsorted(rejected.index, np.array(ends)).tolist()
     for (start, end), (first, last) in zip(

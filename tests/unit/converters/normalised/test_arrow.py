@@ -67,6 +67,22 @@ def test_the_same_table_in_any_encoding_gives_the_same_rows(body: bytes) -> None
     assert parsed.frame["index"].to_list() == [0, 1]
 
 
+# Of a short message the texts are compared, of a long one by loops.
+@pytest.mark.parametrize("copies", [1, 200])
+@pytest.mark.parametrize(
+    ("address", "callsign"),
+    [("4B00FE", "DLH1"), ("4b00fe", "dlh1"), ("4b00fe", " DLH1 "), ("4b00fe", "DLH1")],
+)
+def test_texts_are_stored_in_one_form(copies: int, address: str, callsign: str) -> None:
+    named = radar(mode_s_address=address, callsign=callsign)
+    frame = pl.DataFrame([named, radar()] * copies, schema=MEASUREMENT_SCHEMA)
+    parsed = parse_arrow(stream(frame))
+    assert parsed.rejected == []
+    assert set(parsed.frame["mode_s_address"][::2]) == {"4b00fe"}
+    assert set(parsed.frame["callsign"][::2]) == {"DLH1"}
+    assert_frame_equal(parsed.frame[1::2].drop("index"), frame[1::2])
+
+
 @pytest.mark.parametrize("kind", [pa.float16(), pa.float32()])
 def test_a_time_that_has_lost_its_seconds_is_rejected(kind: pa.DataType) -> None:
     times = pa.array([0.0, 4.0], pa.float64()).cast(kind)
