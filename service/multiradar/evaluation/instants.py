@@ -101,6 +101,7 @@ def assign_tracks(tracks: Tracks, reference: Reference, settings: EvaluationSett
     here, here_instant = _spread(
         reference.time_s, _reference_ends(reference, settings.step_s), times, settings.step_s
     )
+    _check_joined(reference, here)
     positions = positions_on(reference, here, times[here_instant])
     row, instant = _spread(
         tracks.time_s,
@@ -145,6 +146,20 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
     start = np.ceil(begin / step_s - _ROUNDING) * step_s
     times: Floats = start + step_s * np.arange(int((end - start) / step_s + _ROUNDING) + 1)
     return times
+
+
+# Positions that are not joined count at their own times only, which are hardly ever instants.
+def _check_joined(reference: Reference, here: Indices) -> None:
+    if len(here):
+        return
+    apart_s = np.diff(reference.time_s)[np.diff(reference.aircraft) == 0]
+    gap_s = f"{np.median(apart_s):.1f} s apart (median)" if len(apart_s) else "single"
+    msg = (
+        f"no position of the reference can be compared: the positions of an aircraft are {gap_s}, "
+        f"and are not joined over more than --reference-gap ({reference.gap_s:g} s); specify a "
+        "longer gap, or a reference with more positions"
+    )
+    raise InputError(msg)
 
 
 # Rows valid from their time until an end, at the instants between: row and instant of each.

@@ -126,6 +126,29 @@ def aircraft_name() -> pl.Expr:
     return pl.coalesce(pl.col("track_number").cast(pl.String), "mode_s_address").alias("name")
 
 
+def with_names(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return measurements of several sensors with the column `name` of `aircraft_name`.
+
+    Rows with an address alone have the track number that other rows have beside this address, if
+    there is one such number.
+    """
+    both = frame.select("track_number", "mode_s_address").drop_nulls()
+    numbers = (
+        both.group_by("mode_s_address")
+        .agg(pl.col("track_number").n_unique().alias("count"), pl.col("track_number").first())
+        .filter(pl.col("count") == 1)
+    )
+    by_address = dict(numbers.select("mode_s_address", "track_number").iter_rows())
+    number = pl.col("mode_s_address").replace_strict(
+        by_address, default=None, return_dtype=pl.Int64
+    )
+    return frame.with_columns(
+        pl.coalesce(
+            pl.col("track_number").cast(pl.String), number.cast(pl.String), "mode_s_address"
+        ).alias("name")
+    )
+
+
 def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative: bool) -> Tracks:
     """Return the updates of tracks.
 

@@ -1,5 +1,7 @@
 """Assignment at an instant; duplicate, false and unclassified tracks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,3 +105,12 @@ def test_tracks_and_reference_of_different_days_are_rejected() -> None:
 def test_an_excessive_number_of_instants_is_rejected() -> None:
     with pytest.raises(InputError, match="expected at most 1000000 instants"):
         assign_tracks(tracks_of({1: FLIGHT}), ONE, EvaluationSettings(step_s=1e-6))
+
+
+def test_a_reference_without_joined_positions_is_an_error_with_the_gap() -> None:
+    """Regression: an internal error where no position of the reference is at an instant."""
+    times = [0.5 + 19.0 * number for number in range(20)]
+    reference = reference_of({"a": straight(times, 0.0, 0.0, 200.0, 0.0)})
+    tracks = tracks_of({1: straight(times, 0.0, 0.0, 200.0, 0.0)})
+    with pytest.raises(InputError, match=r"19\.0 s apart .* --reference-gap \(15 s\)"):
+        assign_tracks(tracks, replace(reference, gap_s=15.0), SETTINGS)

@@ -12,6 +12,7 @@ from multiradar.evaluation.tables import (
     reference_of_reports,
     reference_of_truth,
     tracks_of,
+    with_names,
 )
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.products.bias import BIAS_SCHEMA
@@ -197,3 +198,25 @@ def test_biases_with_missing_columns_are_rejected() -> None:
 
 def test_the_columns_used_are_those_that_track_writes() -> None:
     assert set(TRACKS.columns) <= set(TRACK_SCHEMA)
+
+
+def test_sensors_with_different_identities_of_one_aircraft_give_it_one_name() -> None:
+    """Regression: radars with addresses and ADS-B with track numbers doubled the aircraft."""
+    rows = pl.DataFrame(
+        {
+            "track_number": [7, 7, None, None, None, 8, 9, None],
+            "mode_s_address": [
+                "4b1801",
+                None,
+                "4b1801",
+                "4b1802",
+                None,
+                "4b1803",
+                "4b1803",
+                "4b1803",
+            ],
+        }
+    )
+    found = with_names(rows)["name"].to_list()
+    # An address of two track numbers names neither of them.
+    assert found == ["7", "7", "7", "4b1802", None, "8", "9", "4b1803"]

@@ -22,7 +22,7 @@ from multiradar.evaluation.smoothing.plot_positions import (
 )
 from multiradar.evaluation.smoothing.residual_biases import residual_biases
 from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, smooth
-from multiradar.evaluation.tables import HEIGHT_MAX_M, aircraft_name, with_rows
+from multiradar.evaluation.tables import HEIGHT_MAX_M, with_names, with_rows
 from multiradar.evaluation.trajectories import (
     NUMBER_MAX,
     Flags,
@@ -134,8 +134,8 @@ def smoothed_reference(
         )
     ]
     rows = (
-        with_rows(measurements)
-        .with_columns(aircraft_name(), *sane)
+        with_names(with_rows(measurements))
+        .with_columns(sane)
         .filter(
             pl.col("time_s").is_not_null()
             & pl.col("name").is_not_null()

@@ -278,6 +278,11 @@ def _of_other_recordings(
         found += of_other_sensors(tracks, radars, names, chosen.sensors)
     if chosen.measurements is not None and rows is not None:
         found += of_another_recording(tracks, rows, chosen.measurements)
+    elif chosen.smoothed is not None and rows is not None:
+        # Measurements of other sensors alone are a reference, too.
+        used = set(tracks.sensor_id[tracks.measured].tolist())
+        if used & set(rows["sensor_id"].unique().to_list()):
+            found += of_another_recording(tracks, rows, chosen.smoothed)
     return found
 
 

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from multiradar.errors import ConfigurationError, DamageError
+from multiradar.errors import ConfigurationError, DamageError, InputError
 
 if TYPE_CHECKING:
     from multiradar.settings.service import Settings
@@ -63,12 +63,16 @@ def backup(
     from multiradar.settings.service import load_settings
     from multiradar.storage.backup import write_backup
     from multiradar.storage.output_folder import new_folder
+    from multiradar_schemas.documents.contents import JOURNAL, no_such
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
     if filter_name is not None:
         overrides["tracking"] = {"filter_name": filter_name}
     settings = load_settings(config, overrides)
     journal = journal_of(state)
+    if not journal.is_file():
+        # Before its sensors file, which is not that of another folder.
+        raise InputError(no_such(journal, JOURNAL))
     with new_folder(out) as folder:
         check_configuration(journal, settings)
         extra = {

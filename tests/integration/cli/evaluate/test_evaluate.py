@@ -366,6 +366,10 @@ def test_files_of_another_recording_beside_a_reference_are_reported(
     capsys.readouterr()
     assert run([*line, "--measurements", str(other)]) == 1
     assert "0% of the updates of the tracks by its sensors" in capsys.readouterr().err
+    smoothed = ["evaluate", str(scene / "tracks"), "--smoothed"]
+    assert run([*smoothed, str(other)]) == 1
+    assert "probably another recording" in capsys.readouterr().err
+    assert run([*smoothed, str(scene / "made")]) == 0
     sensors = (scene / "made" / "sensors.toml").read_text()
     listed = tmp_path / "sensors.toml"
     listed.write_text(re.sub(r'id = "', 'id = "other-', sensors))

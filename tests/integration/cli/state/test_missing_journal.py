@@ -2,6 +2,10 @@
 
 from pathlib import Path
 
+import pytest
+
+from multiradar.errors import InputError
+from multiradar.toolbox.operation.backups import backup
 from support.processes.served import SENSORS
 from support.scenarios.recorded_scene import command
 
@@ -32,3 +36,10 @@ def test_a_damaged_file_is_named_with_what_to_do(tmp_path: Path) -> None:
         "restore a backup\n"
     )
     assert tip.read_bytes() == b"12 no tip"
+
+
+def test_a_folder_that_is_no_state_is_named_before_the_sensors_file(tmp_path: Path) -> None:
+    """Regression: a missing sensors.toml was named."""
+    with pytest.raises(InputError, match=r"other/journal.sqlite"):
+        backup(tmp_path / "other", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
