@@ -21,6 +21,8 @@ _REFINED = 3
 _VALUES_MIN, _DECIMALS = 5, (0.1, 1.0, 1000.0, 10_000.0)
 #: Fraction of the successive steps of an aircraft that rounding makes unequal, at least.
 _BENDS_MIN = 0.1
+#: Significant digits of values that a spreadsheet rounded, and the tolerance of whole numbers.
+_DIGITS, _DIGITS_WITHIN = (2, 3, 4), 1e-6
 #: Length of a degree of latitude, m.
 _DEGREE_M = EARTH_RADIUS_M * float(np.radians(1.0))
 #: The largest value is a limit if this fraction of the plots has it, so many times more than each
@@ -52,6 +54,15 @@ def check_rounded(
     if plots.size < _PLOTS_MIN:
         return None
     of = "in the sensors file" if configured else "of such reports"
+    if "range_m" in sigmas and (figures := _figures(plots.range_m, sigmas["range_m"])):
+        digits, error_m = figures
+        return Diagnosis(
+            name,
+            "resolution",
+            f"{name}: its range_m is probably rounded to {digits} significant digits (in a "
+            f"spreadsheet?), which adds an error of {two_digits(error_m)} m (1 sigma), but the "
+            f"sigma {of} is {sigmas['range_m']:g} m; write the values as measured",
+        )
     for column, sigma in sigmas.items():
         values: Floats = getattr(plots, column)
         known = np.unique(values[np.isfinite(values)])
@@ -75,6 +86,24 @@ def check_rounded(
             f"which adds an error of {two_digits(error)}{unit} (1 sigma), but the sigma {of} is "
             f"{sigma:g}{unit}; write the values as measured",
         )
+    return None
+
+
+# The significant digits of all values and their rounding error, if it exceeds sigma: the steps grow
+# with the values.
+def _figures(values: Floats, sigma: float) -> tuple[int, float] | None:
+    known = values[np.isfinite(values) & (values > 0.0)]
+    if len(known) < _PLOTS_MIN:
+        return None
+    power = np.floor(np.log10(known))
+    if np.ptp(power) == 0.0:
+        # They are multiples of one step.
+        return None
+    for digits in _DIGITS:
+        step = 10.0 ** (power - digits + 1)
+        if (np.abs(known / step - np.round(known / step)) <= _DIGITS_WITHIN).all():
+            error = float(np.sqrt(np.mean(np.square(step)) / 12.0))
+            return (digits, error) if error > sigma else None
     return None
 
 

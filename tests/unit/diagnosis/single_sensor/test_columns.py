@@ -203,3 +203,11 @@ def test_a_loss_without_a_cause_gives_the_first_reason() -> None:
     (of_it,) = (one for one in found if one.sensor_id == NAME)
     assert "the first OUT_OF_RANGE: height_m: expected" in of_it.sentence
     assert "check the values and the unit of height_m" in of_it.sentence
+
+
+@pytest.mark.parametrize(("digits", "named"), [(3, True), (4, False)])
+def test_ranges_of_few_significant_digits_are_named(digits: int, *, named: bool) -> None:
+    """As spreadsheets write them, 5.70E+04."""
+    found = recording().changed(NAME, range_m=RANGE.round_sig_figs(digits)).diagnosed()
+    assert [(one.sensor_id, one.code) for one in found] == ([(NAME, "resolution")] if named else [])
+    assert not named or f"rounded to {digits} significant digits" in found[0].sentence
