@@ -90,21 +90,22 @@ def check_rounded(
 
 
 # The significant digits of all values and their rounding error, if it exceeds sigma: the steps grow
-# with the values.
+# with the values, so not all are multiples of the largest one.
 def _figures(values: Floats, sigma: float) -> tuple[int, float] | None:
     known = values[np.isfinite(values) & (values > 0.0)]
     if len(known) < _PLOTS_MIN:
         return None
     power = np.floor(np.log10(known))
-    if np.ptp(power) == 0.0:
-        # They are multiples of one step.
-        return None
     for digits in _DIGITS:
         step = 10.0 ** (power - digits + 1)
-        if (np.abs(known / step - np.round(known / step)) <= _DIGITS_WITHIN).all():
+        if _are_whole(known / step) and not _are_whole(known / step.max()):
             error = float(np.sqrt(np.mean(np.square(step)) / 12.0))
             return (digits, error) if error > sigma else None
     return None
+
+
+def _are_whole(numbers: Floats) -> bool:
+    return bool((np.abs(numbers - np.round(numbers)) <= _DIGITS_WITHIN).all())
 
 
 # Whether aircraft move by equal steps, as at a constant speed, which rounding makes unequal.

@@ -100,6 +100,8 @@ def test_a_nominal_period_is_no_mistake(factor: float) -> None:
     [
         ("range_m", (RANGE / 185.2).round() * 185.2, "multiples of 185.2 m"),
         ("range_m", ((RANGE / 185.2).round() * 185.2).round(), "multiples of 185.2 m"),
+        # As well of three significant digits, but their step does not grow.
+        ("range_m", (RANGE / 1000.0).round() * 1000.0, "multiples of 1000 m"),
         ("range_m", (RANGE / 200.0).floor() * 200.0 + 7.0, "multiples of 200 m"),
         ("azimuth_deg", (AZIMUTH * 1024.0 / 360.0).floor() * 360.0 / 1024.0, "of 0.3516°"),
     ],
