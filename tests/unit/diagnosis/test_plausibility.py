@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
+from numpy.typing import ArrayLike
 
 from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_azimuth_unit,
+    check_exchanged_columns,
     check_nearer_than_height,
     check_range_unit,
+    check_scan_period,
+    measured_period,
     median_speed,
 )
 from multiradar.diagnosis.evidence import COLUMNS
@@ -217,3 +221,188 @@ def test_a_unit_of_azimuths_shows_among_clutter_at_the_configured_period(
     if found is not None:
         assert "probably in radians" in found.sentence
         assert "one revolution in 4.00 s" in found.sentence
+
+
+def _columns(
+    count: int = 20,
+    *,
+    range_m: ArrayLike = np.nan,
+    azimuth_deg: ArrayLike = np.nan,
+    height_m: ArrayLike = np.nan,
+) -> Plots:
+    missing = np.full(count, np.nan)
+    given = (
+        np.array(np.broadcast_to(np.asarray(one, np.float64), count))
+        for one in (range_m, azimuth_deg, height_m)
+    )
+    ranges, azimuths, heights = given
+    keys = np.full((count, 3), -1, np.int64)
+    return Plots(np.arange(float(count)), ranges, azimuths, missing, missing, heights, keys)
+
+
+# No azimuth exceeds 360°, no height 50 km; of the latter, heights up to 16 km.
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"range_m": 360.0, "azimuth_deg": 360.1}, "its range and azimuth columns"),
+        ({"range_m": 360.1, "azimuth_deg": 360.1}, None),
+        ({"range_m": 360.0, "azimuth_deg": 360.0}, None),
+        ({"range_m": 9e4, "height_m": 360.0, "azimuth_deg": 361.0}, "its height and azimuth"),
+        ({"range_m": 9e4, "height_m": 361.0, "azimuth_deg": 361.0}, None),
+        ({"range_m": 16_000.0, "height_m": 50_001.0, "azimuth_deg": 9.0}, "its range and height"),
+        ({"range_m": 16_001.0, "height_m": 50_001.0, "azimuth_deg": 9.0}, None),
+        ({"range_m": 16_000.0, "height_m": 50_000.0, "azimuth_deg": 9.0}, None),
+    ],
+)
+def test_columns_are_exchanged_where_their_values_are_those_of_each_other(
+    columns: dict[str, float], words: str | None
+) -> None:
+    range_m, azimuth_deg = columns["range_m"], columns["azimuth_deg"]
+    height_m = columns.get("height_m", np.nan)
+    made = _columns(range_m=range_m, azimuth_deg=azimuth_deg, height_m=height_m)
+    found = check_exchanged_columns("1-10", made)
+    assert (found is not None) == (words is not None)
+    assert found is None or str(words) in found.sentence
+    assert check_exchanged_columns("1-10", made.select(np.arange(19))) is None
+
+
+# 300 m of a pressure height, and a tenth of the range; in one plot of 20 it may be garbled.
+@pytest.mark.parametrize(
+    ("above_m", "wrong", "known"),
+    [(1401.0, 2, True), (1400.0, 2, False), (-1401.0, 2, True), (1401.0, 1, False)],
+)
+def test_a_height_may_exceed_the_range_by_its_tolerance(
+    above_m: float, wrong: int, *, known: bool
+) -> None:
+    height_m = np.full(20, SITE[2])
+    height_m[:wrong] += above_m
+    found = check_nearer_than_height("1-10", _columns(range_m=1000.0, height_m=height_m), SITE)
+    assert (found is not None) is known
+    few = _columns(19, range_m=1000.0, height_m=9000.0)
+    assert check_nearer_than_height("1-10", few, SITE) is None
+
+
+def _repeated(between_s: float, count: int = 21, *, late: int = 0) -> Plots:
+    """Return plots of one aircraft in one direction, some a scan later than the next one."""
+    step = np.full(count - 1, between_s)
+    step[:late] *= 2.0
+    time_s = np.concatenate([[0.0], np.cumsum(step)])
+    keys = np.full((count, 3), -1, np.int64)
+    keys[:, 0] = 7
+    return replace(_columns(count, azimuth_deg=10.0), time_s=time_s, keys=keys)
+
+
+@pytest.mark.parametrize(
+    ("between_s", "configured_s", "known"),
+    [
+        (4.27, 4.0, False),
+        (4.29, 4.0, True),
+        (3.73, 4.0, False),
+        (3.71, 4.0, True),
+        (20.0, 4.0, True),
+        (20.1, 4.0, False),
+        (12.0, np.nan, False),
+    ],
+)
+def test_plots_that_repeat_at_another_interval_show_the_scan_period(
+    between_s: float, configured_s: float, *, known: bool
+) -> None:
+    found = check_scan_period("1-10", _repeated(between_s), configured_s)
+    assert (found is not None) is known
+    assert found is None or f"repeat every {between_s:.2f} s" in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("plots_s", "period_s"),
+    [
+        (_repeated(5.0), 5.0),
+        (_repeated(5.0, 20), np.nan),
+        # Fewer than half of the scans are without a detection.
+        (_repeated(5.0, late=9), 5.0),
+        (_repeated(5.0, late=12), np.nan),
+        # Duplicates are no scans.
+        (_repeated(0.1), np.nan),
+        (_repeated(0.11), 0.11),
+    ],
+)
+def test_the_interval_of_an_aircraft_is_the_scan_that_most_detect(
+    plots_s: Plots, period_s: float
+) -> None:
+    assert measured_period(plots_s) == pytest.approx(period_s, nan_ok=True)
+
+
+def _rotating(period_s: float, duration_s: float, *, noise: float = 0.0, seed: int = 5) -> Plots:
+    random = np.random.default_rng(seed)
+    time_s = np.sort(random.uniform(0.0, duration_s, int(12 * duration_s)))
+    azimuth_deg = 360.0 * time_s / period_s + np.degrees(noise) * random.normal(size=time_s.size)
+    return replace(_columns(time_s.size, azimuth_deg=azimuth_deg % 360.0), time_s=time_s)
+
+
+@pytest.mark.parametrize(
+    ("period_s", "duration_s", "configured_s", "known"),
+    [
+        (5.0, 300.0, 5.0 / 1.039, False),
+        (5.0, 300.0, 5.0 / 1.043, True),
+        (5.0, 300.0, 5.0 / 0.962, False),
+        (5.0, 300.0, 5.0 / 0.957, True),
+        # Three scans.
+        (5.0, 15.2, 4.0, True),
+        (5.0, 14.8, 4.0, False),
+    ],
+)
+def test_a_rotation_shows_the_scan_period(
+    period_s: float, duration_s: float, configured_s: float, *, known: bool
+) -> None:
+    found = check_scan_period("1-10", _rotating(period_s, duration_s), configured_s)
+    assert (found is not None) is known
+    assert found is None or "complete a revolution in 5.0" in found.sentence
+
+
+# A coherence of exp(−σ²/2): 0.998 at 0.0633 rad.
+@pytest.mark.parametrize(("noise", "known"), [(0.060, True), (0.067, False)])
+def test_azimuths_that_scatter_more_are_no_rotation(noise: float, *, known: bool) -> None:
+    made = _rotating(5.0, 240.0, noise=noise)
+    assert np.isfinite(measured_period(made)) == known
+
+
+@pytest.mark.parametrize(("configured_s", "hint"), [(13.1, True), (13.3, False), (10.7, False)])
+def test_a_scan_period_in_revolutions_per_minute_is_named(
+    configured_s: float, *, hint: bool
+) -> None:
+    found = check_scan_period("1-10", _repeated(5.0), configured_s)
+    assert found is not None
+    assert ("12.0 revolutions per minute" in found.sentence) is hint
+
+
+# Ranges in feet, from 100 km, and in units of 1/256 NM, from 20 km.
+@pytest.mark.parametrize(
+    ("speed_mps", "known"), [(399.0, False), (401.0, True), (25.1, False), (24.9, True)]
+)
+def test_the_median_speed_of_aircraft_has_bounds(speed_mps: float, *, known: bool) -> None:
+    radar = plots(1.0, speed_mps)
+    near_m = 0.0 if speed_mps > 100.0 else 0.8 * FARTHEST_M
+    radar = replace(radar, range_m=radar.range_m - near_m, height_m=np.full(radar.size, SITE[2]))
+    found = check_range_unit("1-10", radar, SITE, np.zeros(radar.size, np.int64), 2.0 * FARTHEST_M)
+    assert (found is not None) is known
+
+
+@pytest.mark.parametrize(
+    ("range_max_m", "height_m", "speed_mps", "known"),
+    [
+        # The instrumented range within 5 %, up to Mach 2; the median height above FL430.
+        (FARTHEST_M / 1.049, 9000.0, 590.0, False),
+        (FARTHEST_M / 1.051, 9000.0, 590.0, True),
+        (FARTHEST_M / 0.951, 9000.0, 590.0, False),
+        (FARTHEST_M / 0.949, 9000.0, 590.0, True),
+        (FARTHEST_M, 9000.0, 610.0, True),
+        (2.0 * FARTHEST_M, 13_501.0, 560.0, False),
+        (2.0 * FARTHEST_M, 13_500.0, 560.0, True),
+    ],
+)
+def test_supersonic_flights_have_bounds(
+    range_max_m: float, height_m: float, speed_mps: float, *, known: bool
+) -> None:
+    radar = plots(1.0, speed_mps)
+    radar = replace(radar, height_m=np.full(radar.size, height_m)).select(np.arange(25))
+    found = check_range_unit("1-10", radar, SITE, np.zeros(radar.size, np.int64), range_max_m)
+    assert (found is not None) is known

@@ -1,6 +1,7 @@
 """Trimmed fits of chosen columns are least squares of the differences that are left in."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations
@@ -48,3 +49,15 @@ def test_errors_that_an_aircraft_shares_are_counted_once() -> None:
     found = twice.clustered(twice.fit(chosen), 2, np.tile(names, 2))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
     np.testing.assert_allclose(np.sqrt(np.diag(expected)), once.fit(chosen).sigma[1:], rtol=0.3)
+
+
+# Columns without effect leave the differences as they are.
+@pytest.mark.parametrize("lengths", [
+    [3.0, 1.0, 7.0], [3.0, 1.0, 7.0, 5.0], [5.0, 1.0], [2.0], [1.0, 3.0, 12.0], [1.0, 3.0, 12.1],
+    [0.2, 0.2, 4.0], [0.2, 0.2, 4.1],
+])  # fmt: skip
+def test_differences_are_left_out_beyond_four_times_their_median(lengths: list[float]) -> None:
+    apart_m = np.column_stack([lengths, np.zeros(len(lengths))])
+    fit = Equations(apart_m, np.zeros((len(lengths), 2, 1))).fit([0])
+    assert fit.scale == max(np.median(lengths), 1.0)
+    assert fit.used.tolist() == [one <= 4.0 * fit.scale for one in lengths]

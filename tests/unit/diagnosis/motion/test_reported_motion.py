@@ -1,14 +1,19 @@
 """Speeds and vertical rates that aircraft report, against their positions and heights."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
+from numpy.typing import ArrayLike
 
 from multiradar.diagnosis.motion.reported_motion import (
+    Legs,
     check_courses,
     check_reported_motion,
     legs_of,
 )
+from multiradar.diagnosis.plots import Plots
 
 KNOT, FOOT_M = 1852.0 / 3600.0, 0.3048
 SPEED_MPS, RATE_MPS = 150.0, 8.0
@@ -150,3 +155,141 @@ def test_track_angles_at_random_are_not_blamed_on_positions() -> None:
     (found,) = check_courses("adsb", legs_of(frame.with_columns(track_angle_deg=angles)))
     assert (found.code, found.severity) == ("track_angles", "warning")
     assert "its track angles are probably wrong" in found.sentence
+
+
+def legs(
+    count: int = 20,
+    *,
+    flown_mps: ArrayLike = 150.0,
+    speed_mps: ArrayLike | None = None,
+    climbed_m: ArrayLike = 0.0,
+    rate_mps: tuple[float, float] | None = None,
+    track_deg: tuple[ArrayLike, float] | None = None,
+    course_deg: ArrayLike = 0.0,
+) -> Legs:
+    """Return pairs of reports, 10 s apart, of which the first reports come first."""
+    first, last = np.arange(count), count + np.arange(count)
+    none = np.full(2 * count, np.nan)
+    course = np.radians(np.broadcast_to(course_deg, count))
+    height_m = np.concatenate([np.zeros(count), np.broadcast_to(climbed_m, count)])
+    # Near the equator, a degree has the same length in both directions.
+    latitude_deg = np.concatenate([np.full(count, 0.5), 0.5 + 0.01 * np.cos(course)])
+    longitude_deg = np.concatenate([np.full(count, 9.0), 9.0 + 0.01 * np.sin(course)])
+    time_s = np.repeat([0.0, 10.0], count)
+    keys = np.full((2 * count, 3), -1, np.int64)
+    plots = Plots(time_s, none, none, latitude_deg, longitude_deg, height_m, keys)
+
+    def of_both(values: tuple[ArrayLike, ArrayLike] | None) -> np.ndarray | None:
+        if values is None:
+            return None
+        return np.concatenate([np.broadcast_to(one, count) for one in values]).astype(np.float64)
+
+    return Legs(
+        plots, first, last, np.array(np.broadcast_to(flown_mps, count), np.float64),
+        of_both(None if speed_mps is None else (speed_mps, speed_mps)), of_both(rate_mps),
+        of_both(None if track_deg is None else (track_deg[0], track_deg[1])),
+    )  # fmt: skip
+
+
+# Knots in a column of m/s: the positions change 0.514 times as fast.
+@pytest.mark.parametrize(
+    ("made", "known"),
+    [
+        (legs(speed_mps=150.0 / KNOT / 1.029), True),
+        (legs(speed_mps=150.0 / KNOT / 1.029, count=19), False),
+        (legs(speed_mps=150.0 / KNOT / 0.971), True),
+        (legs(speed_mps=150.0 * KNOT / 1.029), True),
+        (legs(speed_mps=150.0 * KNOT / 1.031), False),
+        (legs(speed_mps=150.0 * KNOT / 0.971), True),
+        (legs(speed_mps=150.0 * KNOT / 0.969), False),
+        # Both speeds from 20 m/s on.
+        (legs(flown_mps=20.0, speed_mps=20.0 / KNOT), True),
+        (legs(flown_mps=19.9, speed_mps=19.9 / KNOT), False),
+        (legs(flown_mps=20.0 / KNOT, speed_mps=20.0), True),
+        (legs(flown_mps=19.9 / KNOT, speed_mps=19.9), False),
+        # The quartiles are apart by half of the median.
+        (legs(flown_mps=[150.0, 112.6, 150.0, 187.4] * 5, speed_mps=150.0 / KNOT), True),
+        (legs(40, flown_mps=[112.6, 150.0, 187.4, 150.0] * 10, speed_mps=150.0 / KNOT), True),
+        (legs(40, flown_mps=([111.0] * 3 + [150.0] * 2 + [189.0] * 3) * 5,
+              speed_mps=150.0 / KNOT), False),
+        (legs(40, flown_mps=([113.0] * 3 + [150.0] * 2 + [187.0] * 3) * 5,
+              speed_mps=150.0 / KNOT), True),
+    ],
+)  # fmt: skip
+def test_speeds_show_a_unit_from_their_bounds_on(made: Legs, *, known: bool) -> None:
+    assert bool(check_reported_motion("adsb", made)) is known
+
+
+# Heights in feet in a column of metres: they change 3.28 times as fast as reported.
+@pytest.mark.parametrize(
+    ("climbed_m", "rate_mps", "known"),
+    [
+        (80.0, (8.0 * FOOT_M / 1.059,) * 2, True),
+        (80.0, (8.0 * FOOT_M / 1.061,) * 2, False),
+        (80.0, (8.0 * FOOT_M / 0.941,) * 2, True),
+        (80.0, (8.0 * FOOT_M / 0.939,) * 2, False),
+        (20.0, (2.0 * FOOT_M,) * 2, True),
+        (19.9, (1.99 * FOOT_M,) * 2, False),
+        (-80.0, (-8.0 * FOOT_M,) * 2, True),
+        # The rates are apart by a fifth of their mean.
+        (80.0, (8.0 * FOOT_M * 0.901, 8.0 * FOOT_M * 1.099), True),
+        (80.0, (8.0 * FOOT_M * 0.899, 8.0 * FOOT_M * 1.101), False),
+    ],
+)
+def test_rates_show_a_unit_from_their_bounds_on(
+    climbed_m: float, rate_mps: tuple[float, float], *, known: bool
+) -> None:
+    found = check_reported_motion("adsb", legs(climbed_m=climbed_m, rate_mps=rate_mps))
+    assert bool(found) is known
+
+
+# Rates of 0.01 m/s and less are rounding errors.
+@pytest.mark.parametrize(("rate_mps", "known"), [(0.0101, True), (0.0099, False)])
+def test_rates_of_nothing_show_no_unit(rate_mps: float, *, known: bool) -> None:
+    made = legs(climbed_m=20.0 * rate_mps * 60.0 / FOOT_M, rate_mps=(rate_mps, rate_mps))
+    made = made._replace(plots=replace(made.plots, time_s=2.0 * made.plots.time_s))
+    assert bool(check_reported_motion("adsb", made)) is known
+
+
+def _codes(made: Legs) -> list[str]:
+    return [one.code for one in check_courses("adsb", made)]
+
+
+# Northward courses that are reported as southward are those of the wrong sign; a fraction agrees.
+@pytest.mark.parametrize(
+    ("agreeing", "codes"),
+    [(0, ["position_sign"]), (2, ["position_sign"]), (3, ["track_angles"]),
+     (14, ["track_angles"]), (15, [])],
+)  # fmt: skip
+def test_courses_agree_from_their_bounds_on(agreeing: int, codes: list[str]) -> None:
+    track_deg = np.where(np.arange(20) < agreeing, 10.0, 170.0)
+    # Two reports of one course, of which the second is along it.
+    made = legs(course_deg=10.0)._replace(track_deg=np.tile(track_deg, 2))
+    assert _codes(made) == codes
+    few = legs(19, course_deg=10.0)._replace(track_deg=np.tile(track_deg[1:], 2))
+    assert _codes(few) == []
+
+
+@pytest.mark.parametrize(("course_deg", "off_deg", "codes"), [
+    (10.0, 29.9, []), (10.0, 30.1, ["track_angles"]),
+    (80.0, -29.9, []), (80.0, -30.1, ["track_angles"]),
+])  # fmt: skip
+def test_a_course_agrees_within_30_degrees(
+    course_deg: float, off_deg: float, codes: list[str]
+) -> None:
+    """The mirrored courses differ by more, too."""
+    made = legs(course_deg=course_deg)._replace(track_deg=np.full(40, course_deg + off_deg))
+    assert _codes(made) == codes
+
+
+@pytest.mark.parametrize(("turned_deg", "codes"), [
+    (19.9, ["track_angles"]), (20.1, []), (-19.9, ["track_angles"]), (-20.1, []),
+])  # fmt: skip
+def test_courses_are_compared_where_aircraft_do_not_turn(
+    turned_deg: float, codes: list[str]
+) -> None:
+    """Their middle counts: the course is 100° away from it."""
+    made = legs(course_deg=20.0, track_deg=(120.0 - turned_deg / 2.0, 120.0 + turned_deg / 2.0))
+    assert _codes(made) == codes
+    assert _codes(made._replace(flown_mps=np.full(20, 20.0))) == codes
+    assert _codes(made._replace(flown_mps=np.full(20, 19.9))) == []
