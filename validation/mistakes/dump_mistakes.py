@@ -50,6 +50,19 @@ def of_other_rows(column: str) -> Callable[[Rows], Rows]:
     return edited
 
 
+def without_zeros(column: str) -> Callable[[Rows], Rows]:
+    """Return a function that removes leading zeros, as a spreadsheet does."""
+
+    def edited(rows: Rows) -> Rows:
+        index = rows[0].index(column)
+        for row in rows[1:]:
+            if len(row) == len(rows[0]):
+                row[index] = row[index].lstrip("0")
+        return rows
+
+    return edited
+
+
 DUMP_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "convert: another source in tracks.txt",
@@ -110,5 +123,11 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
         dump(tracks=column_times("time", 1e3)),
         CONVERT,
         message=("tracks.txt: 100% of its 34 162 records were rejected", "(milliseconds?)"),
+    ),
+    Mistake(
+        "convert: codes without their leading zeros",
+        dump(plots=without_zeros("code")),
+        CONVERT,
+        message=("plots.txt: ", "values of code have too few digits and were rejected"),
     ),
 )

@@ -38,6 +38,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
 from multiradar.diagnosis.dumps.cut_files import check_last_lines, check_truncation
+from multiradar.diagnosis.dumps.lost_zeros import check_lost_zeros
 from multiradar.diagnosis.dumps.references import check_references
 from multiradar.diagnosis.dumps.tables import COLUMNS as TABLE_COLUMNS
 from multiradar.diagnosis.dumps.tables import check_tables
@@ -124,7 +125,8 @@ def diagnose_conversion(
         Empty when nothing is wrong.
     """
     cut = check_truncation(measurements, report) or check_last_lines(report)
-    rejected = list(_rejected(report, measurements.parent / REJECTS_FILE))
+    rejects = measurements.parent / REJECTS_FILE
+    rejected = list(_rejected(report, rejects)) or check_lost_zeros(rejects)
     if any(BY_PROFILE in one.sentence for one in rejected):
         # The few values that remain fit other units by chance.
         return rejected

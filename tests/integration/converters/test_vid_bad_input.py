@@ -144,7 +144,7 @@ def test_a_number_in_another_form_is_explained(
     [
         (b"3199", " (a decimal number?)"),
         (b"819", " (a decimal number?)"),
-        (b"21", ""),
+        (b"21", " (leading zeros lost?)"),
         (b"12a9", ""),
     ],
 )

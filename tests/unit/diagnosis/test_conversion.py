@@ -91,6 +91,20 @@ def test_the_most_frequent_reason_of_a_rejected_file_is_quoted(tmp_path: Path) -
     assert "records were rejected, such as line 3: time: b, was '3'; rejects." in found.sentence
 
 
+@pytest.mark.parametrize(("count", "named"), [(30, True), (19, False)])
+def test_codes_without_their_leading_zeros_are_named(
+    tmp_path: Path, count: int, *, named: bool
+) -> None:
+    """Regression: all plots of aircraft with codes below 1000 were missing, with status 0."""
+    reason = "code: expected four octal digits, was '123' (leading zeros lost?)"
+    rows = [{"file": "plots.txt", "line": line, "reason": reason} for line in range(2, 2 + count)]
+    lines = "".join(f"{json.dumps(one)}\n" for one in rows)
+    (tmp_path / "rejects.ndjson").write_text(lines, encoding="utf-8")
+    found = said_of(recording(), tmp_path, rejected=count)
+    assert [one.code for one in found] == (["codes"] if named else [])
+    assert not named or "30 values of code have too few digits" in found[0].sentence
+
+
 def test_a_conversion_that_wrote_no_measurement_is_named(tmp_path: Path) -> None:
     one = recording()
     found = said_of(Recording(one.frame.clear(), one.sensors), tmp_path)

@@ -35,6 +35,15 @@ _WORD_BREAKS = re.compile(r"[\s;,=]+")
 
 #: The first octets of a file compressed with gzip.
 GZIP_MAGIC = b"\x1f\x8b"
+#: First bytes of other files, what they are, and what to do.
+_ARCHIVES = {
+    b"PK\x03\x04": ("a ZIP archive or a spreadsheet", "extract it, or export the table as text"),
+    b"BZh": ("a bzip2 archive", "extract it"),
+    b"\xfd7zXZ": ("an xz archive", "extract it"),
+    b"\x28\xb5\x2f\xfd": ("a Zstandard archive", "extract it"),
+    b"7z\xbc\xaf": ("a 7-Zip archive", "extract it"),
+    b"PAR1": ("a Parquet table", "which is already converted"),
+}
 #: Maximum lines before the header.
 _LEADING_LINES_MAX = 10
 
@@ -72,6 +81,9 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
         head = file.read(HEAD_BYTES)
     if head.startswith(GZIP_MAGIC):
         raise LayoutError(f"{path.name} is gzip-compressed; decompress it first")
+    for magic, (what, remedy) in _ARCHIVES.items():
+        if head.startswith(magic):
+            raise LayoutError(f"{path.name}: expected text, found {what}; {remedy}")
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR

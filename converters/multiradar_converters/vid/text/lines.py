@@ -28,6 +28,26 @@ _FIELD_OCTETS = 256
 _OTHER_FORMS = (
     (re.compile(rb"[+-]?[0-9]+,[0-9]+"), " (a decimal comma; write a decimal point)"),
     (re.compile(rb"[0-9]{1,2}:[0-9]{2}(:[0-9.]+)?"), " (a time of day; write seconds)"),
+    (
+        # Comma, apostrophe, blank, no-break blank or narrow one before three digits.
+        re.compile(
+            rb"\"?[+-]?[0-9]{1,3}(?:(?:[,' \xa0]|\xc2\xa0|\xe2\x80\xaf)[0-9]{3})+(?:\.[0-9]*)?\"?"
+        ),
+        " (thousands separators; remove them)",
+    ),
+    (re.compile(rb"([\"']).*\1"), " (quotation marks; remove them)"),
+)
+#: What a code or an address lacks that a spreadsheet read as a number.
+ZEROS_LOST = "(leading zeros lost?)"
+_CODE_FORMS = (
+    (_DECIMAL_CODE, " (a decimal number?)"),
+    (re.compile(rb"[0-7]{1,3}"), f" {ZEROS_LOST}"),
+)
+_ADDRESS_FORMS = (
+    (re.compile(rb"[0-9A-Fa-f]{1,5}"), f" {ZEROS_LOST}"),
+    (re.compile(rb"[0-9]{7,8}"), " (a decimal number?)"),
+    (re.compile(rb"[0-9]\.[0-9]+[eE]\+?[0-9]+"), " (read as a number by a spreadsheet?)"),
+    (re.compile(rb"0[xX][0-9A-Fa-f]{6}"), " (without 0x)"),
 )
 _BEGIN = re.compile(rb"\s*[0-9][-0-9.:TZ]*(?:[\s,;|]|$)")
 _FIELD_BREAKS = re.compile(rb"[\s;]+")
@@ -271,7 +291,7 @@ def _integer(text: bytes, role: int, layout: FileLayout) -> int:
 
 def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str) -> int:
     if not pattern.fullmatch(text):
-        hint = " (a decimal number?)" if base == 8 and _DECIMAL_CODE.fullmatch(text) else ""
+        hint = _hint(text, _CODE_FORMS if base == 8 else _ADDRESS_FORMS)
         raise RejectedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}{hint}")
     return int(text, base)
 
@@ -280,5 +300,5 @@ def _shown(text: bytes) -> str:
     return repr(text[:40].decode("utf-8", errors="backslashreplace"))
 
 
-def _hint(text: bytes) -> str:
-    return next((hint for form, hint in _OTHER_FORMS if form.fullmatch(text)), "")
+def _hint(text: bytes, forms: tuple[tuple[re.Pattern[bytes], str], ...] = _OTHER_FORMS) -> str:
+    return next((hint for form, hint in forms if form.fullmatch(text)), "")
