@@ -27,6 +27,8 @@ ANSWER_TIMEOUT_S = 60.0
 _RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})
 _FLUSH = "/v1/flush"
 _ACCEPTED = 200
+#: Before the step of its start, in the reason of a service.
+_IS_STARTING = "the service is starting: "
 _NOT_READY = 503
 #: No row could be read; the answer has the counts all the same.
 _NONE_ACCEPTED = 422
@@ -115,7 +117,7 @@ class HttpDestination:
         if response.status_code != _NOT_READY or document.get("code") != "NOT_READY":
             return None
         reason = str(document.get("detail", "not ready yet"))
-        return None if "failed" in reason else reason
+        return None if "failed" in reason else reason.removeprefix(_IS_STARTING)
 
     def configured(self) -> tuple[str, ...]:
         """Ask `/v1/sensors` for the configured sensors."""

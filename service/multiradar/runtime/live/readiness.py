@@ -238,14 +238,20 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
     )  # fmt: skip
 
 
-def require_running(state: ServiceState, failure: MultiradarError | None) -> None:
-    """Raise an error if the service accepts no measurements: that of its failure, or its state."""
+def require_running(
+    state: ServiceState, failure: MultiradarError | None, start_step: str = ""
+) -> None:
+    """Raise an error if the service accepts no measurements: that of its failure, or its state.
+
+    Parameters are those of `state_reason`.
+    """
     if state is ServiceState.DRAINING:
         raise PipelineError(
             "the service is draining and accepts no more measurements; send them to its standby"
         )
     if state not in (ServiceState.RUNNING, ServiceState.STANDBY):
-        raise PipelineError(f"the service is not running: {state}")
+        starting = f"the service is starting: {start_step}; retry later"
+        raise PipelineError(starting if start_step else f"the service is not running: {state}")
     if failure is not None:
         raise failure
     if state is ServiceState.STANDBY:

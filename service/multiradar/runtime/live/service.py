@@ -377,7 +377,7 @@ class Service:
         return once_processed(journalled, self._processor.settled)
 
     def _put(self, submission: Submission) -> Future[Receipt]:
-        require_running(self._state, self.failure)
+        require_running(self._state, self.failure, self.start_step)
         self._intake.put(submission)
         return submission.future
 

@@ -163,7 +163,7 @@ def test_a_recovering_service_neither_answers_nor_accepts(tmp_path: Path) -> Non
     starting.start()
     assert seen.wait(WAIT_TIMEOUT_S)
     assert str(service.state) == "recovering"
-    with pytest.raises(PipelineError, match="the service is not running: recovering"):
+    with pytest.raises(PipelineError, match="the service is starting: replaying the journal"):
         service.submit(recording(1), source="test")
     held.set()
     join(starting)

@@ -121,6 +121,7 @@ def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
     [
         (503, {"code": "NOT_READY", "detail": "compiling kernels: 3 of 31"}, "compiling kernels: 3 "
          "of 31"),
+        (503, {"code": "NOT_READY", "detail": "the service is starting: loading"}, "loading"),
         (503, {"code": "NOT_READY"}, "not ready yet"),
         (503, {"code": "NOT_READY", "detail": "the service is not running: failed"}, None),
         (503, {"code": "JOURNAL_FULL", "detail": "full"}, None),

@@ -20,6 +20,7 @@ from multiradar.runtime.live.readiness import (
     Disk,
     Reason,
     ServiceState,
+    require_running,
     state_reason,
 )
 from multiradar.runtime.live.service import Service
@@ -252,6 +253,14 @@ def test_what_accepts_no_measurements_has_a_code_and_a_reason(
 ) -> None:
     found = state_reason(failure, ServiceState(state), step)
     assert (None if found is None else (found.code, found.text)) == expected
+
+
+def test_measurements_that_arrive_during_the_start_get_its_step() -> None:
+    """Regression: a service that compiled its kernels was said to be stopped."""
+    with pytest.raises(PipelineError, match="the service is starting: compiling; retry later"):
+        require_running(ServiceState("stopped"), None, "compiling")
+    with pytest.raises(PipelineError, match="the service is not running: stopped"):
+        require_running(ServiceState("stopped"), None)
 
 
 async def test_the_documented_proxy_of_feeds_uses_each_service_that_accepts(
