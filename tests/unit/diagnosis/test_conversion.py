@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.conversion import diagnose_conversion
+from multiradar.diagnosis.conversion import _largest_rejected, _signed, diagnose_conversion
 from multiradar.diagnosis.model import Diagnosis
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
@@ -149,3 +149,24 @@ def test_times_of_day_in_minutes_or_hours_are_no_other_clock(
         (found, *_) = said_of(recording().changed(*names, time_s=of_day), tmp_path)
         assert found.code == "time_unit"
         assert f"are probably in {unit}: " in found.sentence
+
+
+# Of 1000 accepted plots, more than 2 % and 20; two outliers do not count, nor do negative ones.
+@pytest.mark.parametrize(("count", "largest"), [(41, 439.0), (40, 0.0)])
+def test_the_largest_of_many_rejected_azimuths_counts(count: int, largest: float) -> None:
+    beyond = [439.0 - one for one in reversed(range(count - 2))]
+    assert _largest_rejected([-3.0, 0.0, *beyond, 800.0, 900.0], 1000) == largest
+
+
+@pytest.mark.parametrize(
+    ("azimuths_deg", "found"),
+    [
+        ([-180.0, *[-1.0] * 19], 1),
+        ([-180.1, *[-1.0] * 19], 0),
+        ([-180.0, *[-1.0] * 18, -0.9], 0),
+    ],
+)
+def test_rejected_azimuths_are_signed_within_half_a_circle(
+    azimuths_deg: list[float], found: int
+) -> None:
+    assert len(_signed(azimuths_deg)) == found

@@ -279,7 +279,7 @@ def check_codes(evidence: Evidence, named: Collection[str]) -> list[Diagnosis]:
     wrong = best.filter(pl.col("equal") <= CODES_EQUAL_MAX).sort("sensor")
     right = best.filter(pl.col("equal") > 1.0 - CODES_EQUAL_MAX)
     names = [evidence.sensors.ids[one] for one in wrong["sensor"].to_list()]
-    if not names or (right.is_empty() and len(names) > 2):
+    if not names or (right.is_empty() and len(names) != 2):
         return []
     if right.is_empty():
         tracks = int(wrong["tracks"].max())  # type: ignore[arg-type]  # of a column of integers

@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.diagnosis.motion.vertical_rates import (
+    check_height_scatter,
     check_vertical_rates,
     pairs_apart,
 )
@@ -120,3 +121,81 @@ def test_pairs_are_of_one_aircraft_and_apart_in_time() -> None:
 @pytest.mark.parametrize("rate_mps", [50.0, -80.0])
 def test_steep_climbs_of_fighters_are_no_heights_in_feet(rate_mps: float, step_m: float) -> None:
     assert checked(rate_mps, step_m) == ""
+
+
+@pytest.mark.parametrize(
+    ("rate_mps", "step_m", "factor", "severity"),
+    [
+        # In steps of feet from 9 m/s on, without steps from 14 m/s on, and up to 8 m/s in feet.
+        (2.9, 25 * FOOT_M, 1.0 / FOOT_M, "error"),
+        (2.6, 25 * FOOT_M, 1.0 / FOOT_M, ""),
+        (14.1, 0.001, 1.0, "warning"),
+        (13.9, 0.001, 1.0, ""),
+        (26.2, 0.001, 1.0, "warning"),
+        (26.3, 0.001, 1.0, ""),
+    ],
+)
+def test_rates_show_feet_between_bounds(
+    rate_mps: float, step_m: float, factor: float, severity: str
+) -> None:
+    assert checked(rate_mps, step_m, factor).partition(":")[0] == severity
+
+
+# Heights each 30 s, some of which follow by a climb of 20 m/s.
+@pytest.mark.parametrize(
+    ("pairs", "climbs", "known"),
+    [
+        (100, [15, 15, 15], True),
+        (100, [14, 14, 14], False),
+        (10, [7, 7, 6], True),
+        (10, [7, 6, 6], False),
+        (10, [10, 10], False),
+    ],
+)
+def test_climbs_are_twenty_of_three_aircraft_that_climb_often(
+    pairs: int, climbs: list[int], *, known: bool
+) -> None:
+    heights = [600.0 * np.minimum(np.arange(pairs + 1), count) + 0.1 for count in climbs]
+    time_s = np.tile(30.0 * np.arange(pairs + 1), len(climbs))
+    number = np.arange(len(climbs)).repeat(pairs + 1)
+    found = check_vertical_rates("1-10", time_s, np.concatenate(heights), number)
+    assert (found is not None) is known
+
+
+def _scattered(
+    sizes: list[int], off: list[int], *, off_m: float = 300.0, each_s: float = 4.0
+) -> bool:
+    """Return whether heights scatter, some of each aircraft's, which are apart, by so much."""
+    parts = []
+    for size, count in zip(sizes, off, strict=True):
+        heights = np.zeros(size + 2)
+        heights[1 : 1 + 3 * count : 3] = off_m
+        parts.append(heights)
+    number = np.arange(len(sizes)).repeat([len(one) for one in parts])
+    time_s = each_s * np.concatenate([np.arange(len(one)) for one in parts])
+    found = check_height_scatter("1-10", time_s, np.concatenate(parts), number, coded=True)
+    return found is not None
+
+
+@pytest.mark.parametrize(
+    ("scattered", "known"),
+    [
+        (_scattered([36] * 3, [9] * 3), True),
+        (_scattered([36] * 3, [9, 9, 8]), False),
+        # 150 m, and 2 m/s² between two heights.
+        (_scattered([36] * 3, [9] * 3, off_m=166.1), True),
+        (_scattered([36] * 3, [9] * 3, off_m=165.9), False),
+        (_scattered([36] * 3, [9] * 3, each_s=1.0), True),
+        (_scattered([36] * 3, [9] * 3, each_s=0.99), False),
+        (_scattered([36] * 3, [9] * 3, off_m=400.0, each_s=15.0), True),
+        (_scattered([36] * 3, [9] * 3, off_m=400.0, each_s=15.1), False),
+        (_scattered([33, 33, 34], [9] * 3), True),
+        (_scattered([33, 33, 33], [9] * 3), False),
+        # Of three aircraft, and of half of them.
+        (_scattered([60] * 2, [20] * 2), False),
+        (_scattered([60, 60, 60, 20, 20, 20], [20] * 3 + [0] * 3), True),
+        (_scattered([60, 60, 60, 15, 15, 15, 15], [20] * 3 + [0] * 4), False),
+    ],
+)
+def test_heights_scatter_from_their_bounds_on(*, scattered: bool, known: bool) -> None:
+    assert scattered is known

@@ -75,3 +75,32 @@ def test_a_few_aircraft_on_one_side_are_right(seed: int) -> None:
     east = plots.select(plots.azimuth_deg < 120.0)
     random = np.random.default_rng(seed)
     assert _code(east.select(random.random(east.size) < 0.75)) == ""
+
+
+def _in_parts(parts: int, largest: float = 0.58, *, more: float = 0.0, count: int = 120) -> str:
+    """Return what is found of azimuths whose decimal parts are so many, up to the largest one."""
+    rows = np.arange(count)
+    azimuth_deg = rows % 40 + np.linspace(0.0, largest, parts)[rows % parts]
+    azimuth_deg[-1] = 40.0 + (more or azimuth_deg[-1] % 1.0)
+    missing = np.full(count, np.nan)
+    keys = np.full((count, 3), -1, np.int64)
+    return _code(
+        Plots(np.arange(float(count)), missing, azimuth_deg, missing, missing, missing, keys)
+    )
+
+
+@pytest.mark.parametrize(
+    ("code", "known"),
+    [
+        (_in_parts(30), True),
+        (_in_parts(29), False),
+        (_in_parts(30, 0.551), True),
+        (_in_parts(30, 0.549), False),
+        (_in_parts(30, more=0.6), True),
+        (_in_parts(30, more=0.601), False),
+        (_in_parts(30, count=100), True),
+        (_in_parts(30, count=99), False),
+    ],
+)
+def test_decimal_parts_are_minutes_where_30_of_them_end_at_60(code: str, *, known: bool) -> None:
+    assert (code == "azimuth_minutes") is known

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike, NDArray
 
 from multiradar.diagnosis.motion.height_steps import are_in
 from multiradar.diagnosis.plots import Plots
@@ -120,3 +121,94 @@ def test_garbled_heights_of_0_are_named_by_the_other_heights() -> None:
         "1-10", replace(plots, height_m=np.where(zero, 0.0, plots.height_m)), SITE
     )
     assert found is not None
+
+
+LEVEL = (0.87, 0.26, 0.0)
+
+
+def constant(ranges: NDArray[np.float64], height_m: float, *, number: ArrayLike = -1) -> bool:
+    """Return whether one height for all is in another unit than metres, or a placeholder."""
+    count = len(ranges)
+    missing = np.full(count, np.nan)
+    keys = np.full((count, 3), -1, np.int64)
+    keys[:, 0] = number
+    plots = Plots(
+        np.linspace(0.0, 4.0 * (count - 1), count), ranges, np.full(count, 30.0), missing, missing,
+        np.full(count, height_m), keys,
+    )  # fmt: skip
+    return check_height_unit("1-10", plots, LEVEL) is not None
+
+
+# Below 600 m, farther than 60 km; at 150 km the horizon is at 1324 m.
+@pytest.mark.parametrize(
+    ("found", "known"),
+    [
+        (constant(np.full(40, 60_001.0), 599.9), True),
+        (constant(np.full(40, 60_001.0), 600.0), False),
+        (constant(np.full(40, 60_000.0), 599.9), False),
+        (constant(np.full(19, 60_001.0), 599.9), False),
+        (constant(np.repeat([150e3, 9e3], [11, 29]), 700.0), True),
+        (constant(np.repeat([150e3, 9e3], [10, 30]), 700.0), False),
+        (constant(np.repeat([150e3, 9e3], [11, 29]), 1020.0), True),
+        (constant(np.repeat([150e3, 9e3], [11, 29]), 1030.0), False),
+    ],
+)
+def test_low_heights_of_far_aircraft_are_no_metres(*, found: bool, known: bool) -> None:
+    assert found is known
+
+
+# Flights towards the radar: below 10 000 ft, 190 m/s are too fast for the most of five aircraft.
+@pytest.mark.parametrize(
+    ("height_m", "speed_mps", "aircraft", "known"),
+    [
+        (3047.9, 191.0, 5, True),
+        (3048.0, 191.0, 5, False),
+        (3047.9, 189.0, 5, False),
+        (3047.9, 191.0, 4, False),
+    ],
+)
+def test_traffic_below_fl100_is_slow(
+    height_m: float, speed_mps: float, aircraft: int, *, known: bool
+) -> None:
+    rows = np.arange(50 * aircraft)
+    number = rows // 50
+    # 90 km away, the slant range changes like the path.
+    ranges = np.asarray(100e3 - speed_mps * 4.0 * (rows % 50), np.float64)
+    assert constant(ranges, height_m, number=number) is known
+
+
+def filled(
+    zero: int, others: int, other_m: float, *, range_m: float = 10e3, speed_mps: float = 0.0,
+    ground: int = 0,
+) -> bool:  # fmt: skip
+    """Return whether heights of 0 are missing ones, of an aircraft and of one on the ground."""
+    count = zero + others
+    time_s = 4.0 * np.concatenate([np.arange(count), np.arange(ground)])
+    missing = np.full(len(time_s), np.nan)
+    keys = np.full((len(time_s), 3), -1, np.int64)
+    keys[:, 0] = np.arange(len(time_s)) >= count
+    ranges = np.where(keys[:, 0] == 0, range_m + speed_mps * time_s, 10e3)
+    heights = np.repeat([0.0, other_m, 0.0], [zero, others, ground])
+    plots = Plots(time_s, ranges, np.full(len(time_s), 30.0), missing, missing, heights, keys)
+    return check_filled_heights("1-10", plots, LEVEL) is not None
+
+
+@pytest.mark.parametrize(
+    ("found", "known"),
+    [
+        (filled(20, 100, 1000.1), True),
+        (filled(20, 100, 1000.0), False),
+        (filled(19, 100, 1000.1), False),
+        (filled(20, 980, 1000.1), True),
+        (filled(20, 981, 1000.1), False),
+        (filled(20, 100, 1000.1, ground=20), True),
+        (filled(20, 100, 1000.1, ground=21), False),
+        (filled(200, 20, 500.0, speed_mps=101.0), True),
+        (filled(200, 20, 500.0, speed_mps=99.0), False),
+        # The horizon is at 300 m in 71.4 km.
+        (filled(20, 20, 900.0, range_m=71_500.0), True),
+        (filled(20, 20, 900.0, range_m=71_200.0), False),
+    ],
+)
+def test_heights_of_0_are_missing_ones_from_their_bounds_on(*, found: bool, known: bool) -> None:
+    assert found is known
