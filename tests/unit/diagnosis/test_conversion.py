@@ -9,7 +9,13 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.conversion import _largest_rejected, _signed, diagnose_conversion
+from multiradar.diagnosis.conversion import (
+    _gaps,
+    _largest_rejected,
+    _signed,
+    diagnose_conversion,
+)
+from multiradar.diagnosis.evidence import GAPS_MAX
 from multiradar.diagnosis.model import Diagnosis
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
@@ -170,3 +176,18 @@ def test_rejected_azimuths_are_signed_within_half_a_circle(
     azimuths_deg: list[float], found: int
 ) -> None:
     assert len(_signed(azimuths_deg)) == found
+
+
+def test_gaps_of_a_minute_are_counted_and_the_longest_one_is_named() -> None:
+    times = pl.LazyFrame({"time_s": [300.0, 0.0, 60.0, 119.0, 119.0]})
+    assert _gaps(times) == (181.0, 119.0, {0.0: 60.0, 119.0: 181.0})
+    longest_s, from_s, gaps = _gaps(pl.LazyFrame({"time_s": [5.0]}))
+    assert (longest_s, np.isnan(from_s), gaps) == (0.0, True, {})
+
+
+def test_the_longest_of_many_gaps_are_retained() -> None:
+    gaps_s = [100.0 + one for one in range(GAPS_MAX + 8)]
+    times = pl.LazyFrame({"time_s": np.concatenate([[0.0], np.cumsum(gaps_s)])})
+    longest_s, _, gaps = _gaps(times)
+    assert longest_s == gaps_s[-1]
+    assert sorted(gaps.values()) == gaps_s[8:]

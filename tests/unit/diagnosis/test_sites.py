@@ -1,10 +1,13 @@
 """A site on another continent or off its place; radars of one place with two heights."""
 
+from dataclasses import replace
+
 import pytest
 
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.sites import check_displaced, check_sites
 from multiradar.tracking.health.health_records import ALARM_NOISE, ALARM_SITE
+from support.fakes.engine_outputs import output_of
 from support.fakes.health import health_records
 from support.inputs.mistaken import RADARS, recording
 
@@ -55,7 +58,7 @@ def test_a_site_that_raises_its_alarm_until_the_end_is_named() -> None:
     records = health_records(
         sensor=[0, 1, 0, 1], alarms=alarms, site_east_m=[300.0] * 4, site_north_m=[-400.0] * 4
     )
-    evidence.record_health(records)
+    evidence.record_output(replace(output_of([]), health=records))
     assert check_displaced(evidence, "1-10") is None
     said = check_displaced(evidence, "2-10")
     assert said is not None

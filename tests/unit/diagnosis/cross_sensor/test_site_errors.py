@@ -9,13 +9,14 @@ import pytest
 
 from multiradar.diagnosis.cross_sensor import site_errors
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
-from multiradar.diagnosis.cross_sensor.effects import GAIN, SCALE, SHIFT
+from multiradar.diagnosis.cross_sensor.effects import CLOCK, GAIN, SCALE, SHIFT, SiteError
 from multiradar.diagnosis.cross_sensor.site_errors import (
     AIRCRAFT_MIN,
     FEW_AIRCRAFT_MIN,
     PAIRS_MIN,
     JointFit,
 )
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, recording
 
 
@@ -134,3 +135,20 @@ def test_plots_by_assumed_heights_are_no_part_of_a_fit(
         for pairs in [comparison.pairs(number, numbers)]
     }
     assert len(JointFit(one.table(), comparison, compared).radars) == radars
+
+
+@pytest.mark.parametrize("others", [[], [SiteError(CLOCK, (0,), (0.5,), 900.0, 80.0)]])
+def test_positions_displaced_may_be_sites_displaced_the_other_way(others: list[SiteError]) -> None:
+    """Of the first error, whatever else may be wrong."""
+    table = recording().table()
+    sensors: Any = SimpleNamespace(ids=("adsb", *table.ids), kinds=np.array([KIND_POSITION, 1, 1]))
+    displaced = SiteError(SHIFT, (0,), (0.0, 300.0), 900.0, 70.0)
+    sentence = site_errors._sentence(sensors, displaced, others, ["1-10", "2-10"])
+    assert sentence.startswith(
+        "adsb: its positions are probably displaced by 0.30 km north (another datum?), or the "
+        "sites of all radars (1-10, 2-10) by as much the other way"
+    )
+    assert ("or adsb: its clock is probably 0.50 s ahead" in sentence) == bool(others)
+    assert (
+        ", or the sites" in site_errors._sentence(sensors, displaced, others, ["1-10"])
+    ) is False
