@@ -144,3 +144,33 @@ def test_the_mistake_of_a_reference_cut_short_is_reported(
 def test_a_reference_that_nearly_spans_the_tracks_is_not_cut() -> None:
     tracks = tracks_of({1: _flight(BEGIN_S)})
     assert cut_short(tracks, reference_of({"a": _flight(BEGIN_S + 30.0, 540.0)})) == []
+
+
+@pytest.mark.parametrize(
+    ("tracks", "matched", "known"), [(5, 0, True), (4, 0, False), (10, 4, True), (10, 5, False)]
+)
+def test_a_reference_is_incomplete_for_most_of_five_tracks(
+    tracks: int, matched: int, *, known: bool
+) -> None:
+    aircraft_of = np.where(np.arange(tracks) < matched, 0, -1)
+    assert bool(mostly_unknown(np.arange(tracks), aircraft_of, 3)) is known
+
+
+@pytest.mark.parametrize(
+    ("span_s", "missing_s", "known"),
+    [
+        # A tenth of the time, and a minute.
+        (1000.0, 100.0, False),
+        (1000.0, 110.0, True),
+        (300.0, 60.0, False),
+        (300.0, 70.0, True),
+    ],
+)
+@pytest.mark.parametrize("at_end", [True, False])
+def test_a_reference_is_cut_from_a_minute_and_a_tenth_on(
+    span_s: float, missing_s: float, *, at_end: bool, known: bool
+) -> None:
+    tracks = tracks_of({1: _flight(BEGIN_S, span_s + 10.0)})
+    begin_s = BEGIN_S if at_end else BEGIN_S + missing_s
+    reference = reference_of({"a": _flight(begin_s, span_s + 10.0 - missing_s)})
+    assert bool(cut_short(tracks, reference)) is known
