@@ -250,12 +250,17 @@ def require_running(
             "the service is draining and accepts no more measurements; send them to its standby"
         )
     if state not in (ServiceState.RUNNING, ServiceState.STANDBY):
-        starting = f"the service is starting: {start_step}; retry later"
-        raise PipelineError(starting if start_step else f"the service is not running: {state}")
+        raise not_running(state, start_step)
     if failure is not None:
         raise failure
     if state is ServiceState.STANDBY:
         raise PipelineError(IS_STANDBY)
+
+
+def not_running(state: ServiceState, start_step: str) -> PipelineError:
+    """Return the error of a service that has not started, or has stopped."""
+    starting = f"the service is starting: {start_step}; retry later"
+    return PipelineError(starting if start_step else f"the service is not running: {state}")
 
 
 def state_reason(

@@ -36,6 +36,7 @@ from multiradar.runtime.live.readiness import (
     ServiceState,
     lag_reason,
     lags_s,
+    not_running,
     require_running,
     stall,
     state_reason,
@@ -317,7 +318,7 @@ class Service:
     ) -> SensorPlan:
         """Return what a change of a sensor would do; see `OperatedSink.plan_sensor`."""
         if self._writer is None:
-            raise PipelineError(f"the service is not running: {self._state}")
+            raise not_running(self._state, self.start_step)
         present = self._writer.sensors
         plan = present.plan(sensor_id, values, reset_biases=reset_biases)
         if plan.change:
@@ -350,7 +351,7 @@ class Service:
             Number of the last track update then. Fails when the service or the engine stops before.
         """
         if self._processor is None or self._writer is None:
-            raise PipelineError("the service is not running")
+            raise not_running(self._state, self.start_step)
         return self._processor.settled(self._writer.head)
 
     def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
@@ -360,11 +361,10 @@ class Service:
         their own numbers; duplicates of accepted measurements are among them.
         """
         if self._journal is None:
-            raise PipelineError("the service is not running")
-        if code is not None:
-            kept = self.publication.rejects.last(code)
-            return [row for row in kept if row.number > after][:limit]
-        return self._journal.quarantined(after, limit)
+            raise not_running(self._state, self.start_step)
+        if code is None:
+            return self._journal.quarantined(after, limit)
+        return [row for row in self.publication.rejects.last(code) if row.number > after][:limit]
 
     # ---------------------------------------------------------------- inside
 

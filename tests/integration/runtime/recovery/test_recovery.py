@@ -165,6 +165,8 @@ def test_a_recovering_service_neither_answers_nor_accepts(tmp_path: Path) -> Non
     assert str(service.state) == "recovering"
     with pytest.raises(PipelineError, match="the service is starting: replaying the journal"):
         service.submit(recording(1), source="test")
+    with pytest.raises(PipelineError, match="the service is starting: replaying the journal"):
+        service.settled()
     held.set()
     join(starting)
     assert str(service.state) == "running"
