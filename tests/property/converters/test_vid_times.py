@@ -70,6 +70,12 @@ def test_a_file_without_rows_has_no_beginning() -> None:
     assert np.isnan(agreed_start([], "seconds-of-day"))
 
 
+def test_lines_after_a_row_that_is_still_pending_are_all_rejected(tmp_path: Path) -> None:
+    found, rejects = read(tmp_path, [*steady(29814.0), "79814.556", "x", "y", "z"])
+    assert found == numbers(steady(29814.0))
+    assert [one["line"] for one in rejects] == [22, 23, 24, 25]
+
+
 @pytest.mark.parametrize("wrong", ["79814.556", "9814.556", "116214.556", "99999999", "39814"])
 @pytest.mark.parametrize("place", [0, 1, 20, 39, 40])
 def test_one_wrong_time_is_rejected_and_moves_no_other_row(

@@ -19,6 +19,14 @@ from multiradar.settings.limits import HttpLimits
 from support.processes.waiting import wait_until
 
 
+@pytest.mark.parametrize(("connections", "waiting"), [(7, 7), (1_000_000, socket.SOMAXCONN)])
+async def test_connections_wait_in_the_system_up_to_either_limit(
+    application: FastAPI, connections: int, waiting: int
+) -> None:
+    limits = HttpLimits(connections_max=connections)
+    assert server_config(application, "127.0.0.1", 0, limits).backlog == waiting
+
+
 async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
     application: FastAPI,
 ) -> None:
