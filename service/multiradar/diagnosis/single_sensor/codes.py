@@ -14,8 +14,9 @@ _NOT_OCTAL_MIN = 0.02
 #: Greatest code.
 _CODE_MAX = 0o7777
 #: Numbers that differ from plot to plot are no track numbers: fraction of the plots with a number
-#: of their own, at least, of so many plots.
-_OWN_MIN, _NUMBERED_MIN = 0.9, 100
+#: of their own, at least, of so many plots, in more than this time, s: in one scan there is one plot
+#: of each aircraft.
+_OWN_MIN, _NUMBERED_MIN, _NUMBERED_S = 0.9, 100, 120.0
 
 
 def check_decimal_codes(name: str, codes: pl.Series) -> Diagnosis | None:
@@ -56,7 +57,7 @@ def check_plot_numbers(name: str, plots: Plots) -> Diagnosis | None:
     """
     numbers = plots.keys[:, KEYS.index("track_number")]
     known = numbers[numbers >= 0]
-    if len(known) < _NUMBERED_MIN:
+    if len(known) < _NUMBERED_MIN or np.ptp(plots.time_s[numbers >= 0]) <= _NUMBERED_S:
         return None
     _, counts = np.unique(known, return_counts=True)
     if np.count_nonzero(counts == 1) < _OWN_MIN * len(known):

@@ -70,6 +70,13 @@ def test_plot_numbers_are_no_track_numbers(*, alone: bool) -> None:
     assert "are probably the numbers of its plots" in found[0].sentence
 
 
+def test_one_scan_has_one_plot_of_each_track_number() -> None:
+    one = recording(1, 150).only(NAME)
+    scan = one.frame.filter(pl.int_range(pl.len()).over("track_number") < 1)
+    found = replace(one, frame=scan).diagnosed()
+    assert "track_numbers" not in [said.code for said in found]
+
+
 def test_a_number_of_few_plots_each_is_a_track_number() -> None:
     one = recording(1, 60).only(NAME)
     # A radar that sees each aircraft twice.
