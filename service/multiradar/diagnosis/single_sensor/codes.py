@@ -14,8 +14,8 @@ _NOT_OCTAL_MIN = 0.02
 #: Greatest code.
 _CODE_MAX = 0o7777
 #: Numbers that differ from plot to plot are no track numbers: fraction of the plots with a number
-#: of their own, at least, of so many plots, in more than this time, s: in one scan there is one plot
-#: of each aircraft.
+#: of their own, at least, of so many plots, in more than this time, s (in one scan there is one
+#: plot of each aircraft).
 _OWN_MIN, _NUMBERED_MIN, _NUMBERED_S = 0.9, 100, 120.0
 
 
