@@ -75,6 +75,8 @@ def test_a_journal_and_its_archive_are_tracked_to_the_same_bytes(
         out = tmp_path / f"of-{source.name}"
         report = _convert(source, "--out", out)
         assert report["counts"]["accepted"] == status["accepted"] == ROWS
+        # That at the end of the replay.
+        assert report["figures"]["flushes"] == 1
         tracked = _track(out, sensors, tmp_path / f"tracks-of-{source.name}")
         assert tracked["output_sha256"] == status["output_sha256"]
 

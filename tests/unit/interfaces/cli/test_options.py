@@ -5,7 +5,14 @@ import re
 import pytest
 
 from multiradar.cli.main import run
-from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds, hidden_fields
+from multiradar.cli.options import (
+    KIND_CHOICES,
+    FilterChoice,
+    chosen_kinds,
+    hidden_fields,
+    parse_hidden,
+    parse_kinds,
+)
 from multiradar.cli.playback.replay import _BATCH_ROWS_MAX, EncodingChoice
 from multiradar.cli.serve import LogForm, LogLevel
 from multiradar.estimation.filters.bank import FILTERS
@@ -68,6 +75,13 @@ def test_kinds_are_separated_by_commas() -> None:
 
 def test_hidden_fields_come_in_one_order_and_once() -> None:
     assert hidden_fields("mode_3a, track_number,mode_3a") == ("track_number", "mode_3a")
+
+
+def test_checked_lists_are_kept_as_they_are() -> None:
+    for text in ("mode_3a, track_number", "callsign"):
+        assert parse_hidden(text) == text
+    for text in ("radar, adsb", "bearing"):
+        assert parse_kinds(text) == text
 
 
 def test_a_field_that_cannot_be_hidden_is_named(capsys: pytest.CaptureFixture[str]) -> None:

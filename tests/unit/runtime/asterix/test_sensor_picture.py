@@ -8,14 +8,17 @@ import pytest
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
+from multiradar.tracking.health.health_records import ALARM_SILENT
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.wire import sensor_table
 from multiradar_converters.asterix.writing.status_reports import (
+    DEGRADED,
     INITIALISING,
     NOT_CONNECTED,
     OPERATIONAL,
 )
 from multiradar_schemas.sensors.sensor import parse_sensors
+from support.fakes.health import health_records
 
 RANGE, AZIMUTH, GAIN, TIME = range(4)
 
@@ -107,6 +110,20 @@ def test_a_sensor_without_measurements_is_silent() -> None:
     assert picture.reports(160.0).condition.tolist() == [OPERATIONAL, OPERATIONAL]
     assert picture.reports(161.0).silent.tolist() == [True, True]
     assert set(picture.reports(161.0).condition.tolist()) == {NOT_CONNECTED}
+
+
+def test_the_alarms_of_a_sensor_are_its_condition() -> None:
+    picture = heard(table())
+    picture.update_biases(biases({RANGE: 0.0, AZIMUTH: 0.0}))
+    picture.update_health(health_records(sensor=[0], alarms=[1 << ALARM_SILENT]))
+    reports = picture.reports(100.0)
+    assert reports.silent.tolist() == [True, False]
+    assert reports.condition.tolist() == [NOT_CONNECTED, OPERATIONAL]
+    every_other = sum(1 << bit for bit in range(8) if bit != ALARM_SILENT)
+    picture.update_health(health_records(sensor=[0], alarms=[every_other]))
+    reports = picture.reports(100.0)
+    assert reports.silent.tolist() == [False, False]
+    assert reports.condition.tolist() == [DEGRADED, OPERATIONAL]
 
 
 def test_codes_are_those_of_asterix_before_those_of_dumps() -> None:

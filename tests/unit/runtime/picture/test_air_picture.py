@@ -20,6 +20,7 @@ from multiradar.runtime.picture.air_picture import (
     AirPicture,
     Asked,
 )
+from multiradar.runtime.picture.past import PATH_S
 from multiradar.runtime.picture.selection import Area, Columns
 from multiradar.runtime.picture.track_columns import track_columns
 from multiradar.runtime.queries.used_plots import residuals_of_radars
@@ -226,6 +227,41 @@ def test_many_tracks_are_those_of_the_area_and_the_selected_one(
     assert len(tables["plots"]["time_s"]) == 0
     assert header["total"] == len(np.unique(updates.track_id))
     assert len(air.read()[1]["tracks"]["track_id"]) == header["total"]
+
+
+class _Files:
+    """What is on disk: whatever is asked for, from a time on."""
+
+    def __init__(self, oldest_s: float | None) -> None:
+        self.oldest_s = oldest_s
+
+    def at(self, at_s: float) -> str:
+        return f"of {at_s:g} s"
+
+
+def test_files_answer_for_times_whose_path_memory_has_not_completely(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    air = _Air()
+    monkeypatch.setattr(Knowledge, "complete_from_s", 1000.0)
+    assert air.picture.recorded(0.0) is None
+    air.picture.history = _Files(0.0)  # type: ignore[assignment]
+    found: list[object] = [
+        air.picture.recorded(1000.0 + PATH_S + after_s) for after_s in (-1.0, 0.0, 1.0)
+    ]
+    assert found == ["of 1119 s", None, None]
+
+
+def test_the_past_starts_with_the_earliest_of_memory_and_files() -> None:
+    air = _Air()
+    assert air.picture.span_s() is None
+    air.push(20)
+    first_s, last_s = air.known.oldest_s, air.known.data_time_s
+    assert first_s is not None
+    assert air.picture.span_s() == (first_s, last_s)
+    for oldest_s, expected_s in ((first_s - 60.0, first_s - 60.0), (None, first_s)):
+        air.picture.history = _Files(oldest_s)  # type: ignore[assignment]
+        assert air.picture.span_s() == (expected_s, last_s)
 
 
 def test_the_picture_starts_again_with_the_journal() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.bearings import bearing_starts
-from multiradar.tracking.bearings.bearing_starts import share_max
+from multiradar.tracking.bearings.bearing_starts import BEARINGS_MAX, BEARINGS_MIN, share_max
 from multiradar.tracking.bearings.waiting_bearings import WaitingBearing
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -107,6 +107,22 @@ def test_a_failed_attempt_is_repeated_after_an_eighth_more_of_its_time_span(
     assert len(due_s) > 8
     assert (spans_s[1:] >= due_s - 1e-6).all()
     assert (spans_s[1:] < due_s + PERIOD_S).all()
+
+
+def test_the_first_attempt_has_the_minimum_number_of_bearings(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    attempts: list[int] = []
+
+    def fail(seen: list[WaitingBearing], *_: object) -> None:
+        attempts.append(len(seen))
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(bearing_starts, "locate", fail)
+    assert not len(tracked(crossing(Path((-20e3, 30e3), (200.0, 0.0)))))
+    # Each further bearing is an attempt, with at most the bearings that are kept.
+    kept = [min(number, BEARINGS_MAX) for number in range(BEARINGS_MIN, 2 * BEARINGS_MAX)]
+    assert attempts[: len(kept)] == kept
 
 
 def crossing(target: Path) -> pl.DataFrame:
