@@ -316,7 +316,7 @@ def of_radar(recording: Path, measured: pl.DataFrame) -> dict[str, Estimates]:
     blocks = read_blocks(recording)
     parts: list[pl.DataFrame] = []
 
-    def read(walked: Walked, rows: Rows) -> None:
+    def read(walked: Walked, _rows: Rows) -> None:
         columns = Columns(walked, blocks.data)
         if walked.program.layout.category == 48 and columns.has("200"):
             parts.append(

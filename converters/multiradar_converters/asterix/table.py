@@ -86,7 +86,7 @@ def frame(
     return pl.DataFrame({name: made.get(name, empty) for name in schema}, schema=schema)
 
 
-def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float = SAME_S) -> Flags:
+def repeated(same: Integers, source: Integers, time_s: Numbers) -> Flags:
     """Find duplicate records: equal octets, same source, times close together.
 
     Parameters

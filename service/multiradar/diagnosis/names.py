@@ -36,7 +36,7 @@ def check_names(evidence: Evidence) -> list[Diagnosis]:
     unknown = [name for name in unknown if name not in spelt]
     silent = [name for name in silent if name not in spelt.values()]
     if unknown and not present and not spelt:
-        return [_wrong_sensors_file(evidence, unknown, silent)]
+        return [_wrong_sensors_file(unknown, silent)]
     likely = _likely_sensors(evidence, unknown, silent)
     reused = _reused_ids(evidence, [name for name in unknown if name not in likely], present)
     return [
@@ -126,7 +126,7 @@ def _silent(name: str) -> Diagnosis:
     )
 
 
-def _wrong_sensors_file(evidence: Evidence, unknown: list[str], silent: list[str]) -> Diagnosis:
+def _wrong_sensors_file(unknown: list[str], silent: list[str]) -> Diagnosis:
     return Diagnosis(
         "",
         "sensors_of_another_recording",

@@ -109,7 +109,7 @@ def fit_track(
     track[WEIGHT] = (
         track[MERGED_WEIGHT]
         - value
-        + constants(track, anchor_s, now_s, kinds, sigma)
+        + constants(track, anchor_s, now_s, kinds)
         - 0.5 * factorise(H, size)
     )
     # A weight that cannot be computed is zero.
@@ -174,9 +174,7 @@ def shift(track: Floats, trial: Floats, step: Floats, anchor_s: float, rules: Fl
 
 
 @in_loop
-def constants(
-    track: Floats, anchor_s: float, now_s: float, kinds: Floats, cell_sigma_s: float
-) -> float:
+def constants(track: Floats, anchor_s: float, now_s: float, kinds: Floats) -> float:
     """Return the part of the weight that does not depend on plots: rates, and sizes of priors."""
     total: float = 0.5 * track[PRIOR_LOGARITHM]
     begin = anchor_s

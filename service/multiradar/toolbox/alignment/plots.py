@@ -81,12 +81,10 @@ def _map(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[Plot]
     sites = {names[number]: _site(found, number) for number in sides}
     # Each pair once: at its first radar.
     own = {
-        number: _positions(_site(found, number), side.side.select(_first(found, number, side)))
+        number: _positions(_site(found, number), side.side.select(_first(found, side)))
         for number, side in sides.items()
     }
-    rows = np.concatenate(
-        [side.rows[_first(found, number, side)] for number, side in sides.items()]
-    )
+    rows = np.concatenate([side.rows[_first(found, side)] for number, side in sides.items()])
     places = np.concatenate(list(own.values()))
     plane = MapPlane.around(places)
     lengths = [np.hypot(*one[rows].T) for one in (found.validation.before, found.validation.after)]
@@ -118,7 +116,7 @@ def _map(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[Plot]
     )
 
 
-def _first(found: Registration, number: int, side: SideResiduals) -> NDArray[np.intp]:
+def _first(found: Registration, side: SideResiduals) -> NDArray[np.intp]:
     table, pairs = found.sensors, found.problem.pairs
     other = np.where(side.sign > 0, pairs.second_sensor[side.rows], pairs.first_sensor[side.rows])
     return np.flatnonzero((side.sign > 0) | (np.asarray(table.kinds)[other] != KIND_RADAR))

@@ -107,7 +107,7 @@ def search_merges(
                         and roster.track_id[j] < roster.track_id[k]
                         and (life.hits[j] > 1 or life.stage[j] == BY_IDENTITY)
                         and not (life.stage[k] == CONFIRMED and life.stage[j] == TENTATIVE)
-                        and may_be_one(k, j, aircraft, roster, life, grid)
+                        and may_be_one(k, j, aircraft, roster, grid)
                     ):
                         if seen_by_one(time, k, j, periods, life):
                             seen_apart = seen_apart or life.partner[k] == j
@@ -149,9 +149,7 @@ def search_merges(
 
 
 @in_loop
-def may_be_one(
-    k: int, j: int, aircraft: Aircraft, roster: Roster, life: Lifecycle, grid: TrackGrid
-) -> bool:
+def may_be_one(k: int, j: int, aircraft: Aircraft, roster: Roster, grid: TrackGrid) -> bool:
     """Return whether position, height and identity allow two tracks to be one aircraft."""
     d0 = grid.state[k, 0] - grid.state[j, 0]
     d1 = grid.state[k, 1] - grid.state[j, 1]

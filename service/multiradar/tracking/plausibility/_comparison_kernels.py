@@ -98,7 +98,7 @@ def compare_all(
     compared = 0
     offset = 0.0
     integrity.deviation[k] = max(
-        0.5 * integrity.deviation[k], path_deviation(k, time, east, north, base, integrity)
+        0.5 * integrity.deviation[k], path_deviation(k, time, east, north, base)
     )
     for s in range(watch.kind.shape[0]):
         for i in range(integrity.waiting[k, s]):
@@ -113,9 +113,7 @@ def compare_all(
 
 
 @in_loop
-def path_deviation(
-    k: int, time: float, east: float, north: float, base: Floats, integrity: ReportIntegrity
-) -> float:
+def path_deviation(k: int, time: float, east: float, north: float, base: Floats) -> float:
     """Return how far, m, the path between two reports may deviate from a straight line."""
     elapsed = time - base[k, TIME]
     acceleration = BETWEEN_MOST

@@ -54,7 +54,7 @@ def plots(run: Run) -> list[Plot]:
         for step, name, title in DRAWN
         for part in (_map(run, named[step], name, title), _end(run, named[step], name, title))
     ]
-    return [*maps[:2], _accelerations(run, named), *_branching(run), *maps[2:]]
+    return [*maps[:2], _accelerations(named), *_branching(run), *maps[2:]]
 
 
 def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
@@ -138,7 +138,7 @@ def _branching(run: Run) -> list[Plot]:
     ]  # fmt: skip
 
 
-def _accelerations(run: Run, named: dict[str, Picture]) -> Plot:
+def _accelerations(named: dict[str, Picture]) -> Plot:
     service = named[SERVICE]
     times = np.arange(0.0, service.time_s[-1], _STEP_S)
     mean = np.tensordot(
