@@ -21,7 +21,7 @@ from multiradar_converters.adsb.reading.time_forms import (
     TimeForm,
     of_day,
 )
-from multiradar_converters.vid.text.lines import RejectedError
+from multiradar_converters.vid.text.lines import RejectedError, form_hint
 from multiradar_schemas.measurements.measurement import (
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
@@ -187,7 +187,8 @@ def time_bounds(form: TimeForm) -> tuple[float, float]:
 def _number(text: str, name: str) -> float:
     if DECIMAL.fullmatch(text) is None:
         code = RejectCode.NON_FINITE if _NON_FINITE.fullmatch(text) else RejectCode.NOT_A_NUMBER
-        raise RejectedError(code, f"{name}: expected a number, was {text[:40]!r}")
+        hint = form_hint(text.encode())
+        raise RejectedError(code, f"{name}: expected a number, was {text[:40]!r}{hint}")
     value = float(text)
     if abs(value) == float("inf"):
         reason = f"{name}: expected a finite number, was {text[:40]!r}"

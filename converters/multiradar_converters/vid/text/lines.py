@@ -231,7 +231,8 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         )
     else:
         raise RejectedError(
-            RejectCode.NOT_A_NUMBER, f"{name}: expected a number, was {_shown(text)}{_hint(text)}"
+            RejectCode.NOT_A_NUMBER,
+            f"{name}: expected a number, was {_shown(text)}{form_hint(text)}",
         )
     value = value * layout.scale[role] + 0.0
     if value in (float("inf"), float("-inf")):
@@ -291,7 +292,7 @@ def _integer(text: bytes, role: int, layout: FileLayout) -> int:
 
 def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str) -> int:
     if not pattern.fullmatch(text):
-        hint = _hint(text, _CODE_FORMS if base == 8 else _ADDRESS_FORMS)
+        hint = form_hint(text, _CODE_FORMS if base == 8 else _ADDRESS_FORMS)
         raise RejectedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}{hint}")
     return int(text, base)
 
@@ -300,5 +301,14 @@ def _shown(text: bytes) -> str:
     return repr(text[:40].decode("utf-8", errors="backslashreplace"))
 
 
-def _hint(text: bytes, forms: tuple[tuple[re.Pattern[bytes], str], ...] = _OTHER_FORMS) -> str:
+def form_hint(text: bytes, forms: tuple[tuple[re.Pattern[bytes], str], ...] = _OTHER_FORMS) -> str:
+    """Return what a text is instead of a number and what to write, or an empty text.
+
+    Parameters
+    ----------
+    text : bytes
+        A field.
+    forms : tuple of (pattern, str)
+        What it may be, and the hint for each.
+    """
     return next((hint for form, hint in forms if form.fullmatch(text)), "")

@@ -198,6 +198,7 @@ def compared(
     )
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
     from multiradar.toolbox.evaluation.inputs import recorded_rows
+    from multiradar.toolbox.evaluation.rounding import rounded_positions
     from multiradar.toolbox.evaluation.tracked import (
         read_biases,
         read_forecasts,
@@ -212,7 +213,8 @@ def compared(
     counts = known.reference.counts
     _check_step(known, settings)
     early = rejected_rows(counts) + mostly_uncovered(counts)
-    for sentence in early + wide_gate(known.reference, settings):
+    early += wide_gate(known.reference, settings) + rounded_positions(known.reference)
+    for sentence in early:
         warn(sentence, DataWarning)
     evaluated = read_tracks(tracks, known, settings)
     listed = () if sensors is None else read_sensors(sensors).sensor

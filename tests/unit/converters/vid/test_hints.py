@@ -24,7 +24,7 @@ from multiradar_converters.vid.text.detection import detect
     ],
 )
 def test_a_number_of_a_spreadsheet_is_explained(text: bytes, hint: str) -> None:
-    found = lines._hint(text)
+    found = lines.form_hint(text)
     assert hint in found if hint else found == ""
 
 

@@ -70,3 +70,12 @@ def test_the_forms_of_true_and_false(text: str, on_ground: int | None) -> None:
     else:
         row = plain.read_cells({roles.GROUND: text}, LAYOUT)
         assert row.words[roles.GROUND - roles.FIRST_WORD] == on_ground
+
+
+def test_numbers_of_a_spreadsheet_are_explained() -> None:
+    with pytest.raises(RejectedError, match=r"lat: .*, was '46,25' \(a decimal comma; write"):
+        plain.read_cells({roles.LATITUDE: "46,25"}, LAYOUT)
+    with pytest.raises(RejectedError, match=r"altitude_m: .*, was '10,668' \(.*\)$"):
+        plain.read_cells({roles.HEIGHT: "10,668"}, LAYOUT)
+    with pytest.raises(RejectedError, match=r"lat: expected a number, was 'north'$"):
+        plain.read_cells({roles.LATITUDE: "north"}, LAYOUT)
