@@ -1,4 +1,4 @@
-"""ATC multiradar processing: aircraft tracks and radar biases estimated jointly.
+"""Multi-radar tracking for air traffic control: aircraft tracks and radar biases estimated jointly.
 
 Five lines track a recording and draw the biases of its radars::
 

@@ -1,4 +1,4 @@
-"""The dump converter on gigabytes: `python -m tests.benchmark.converter --gigabytes 2`.
+"""The dump converter on gigabytes: `python -m benchmark.converter --gigabytes 2`.
 
 The dump is the sample, repeated and shifted by half an hour each time; with `--new-aircraft` every
 repetition has aircraft of its own, which makes thousands of them. The conversion runs as a process
@@ -92,7 +92,7 @@ def _maxrss_unit() -> int:
 
 def main() -> None:
     """Measure, print rows of name, value, unit."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmark.converter")
+    parser = argparse.ArgumentParser(prog="python -m benchmark.converter")
     parser.add_argument("--gigabytes", type=float, default=2.0)
     parser.add_argument("--new-aircraft", action="store_true")
     parser.add_argument("--folder", type=Path, help="where to work; needs four times the size")

@@ -372,7 +372,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "30 % reflections",
         reflections(0.3),
         status=0,
-        message=("26-10: its plots probably contain reflections (replies by multipath)",),
+        message=("26-10: its plots probably contain reflections (multipath replies)",),
     ),
     Mistake(
         "the track numbers of one radar are its own",

@@ -150,7 +150,8 @@ RECORDING_MISTAKES: tuple[Mistake, ...] = (
         command=TRACK,
         message=(
             "adsb: its positions are probably displaced by 0.10 km north",
-            "or the sites of all radars (26-10, 35-10, 41-1, 41-10) by as much the other way",
+            "or the sites of all radars (26-10, 35-10, 41-1, 41-10) by the same distance in the "
+            "opposite direction",
         ),
         sensors=("adsb",),
     ),

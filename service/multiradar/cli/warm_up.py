@@ -20,7 +20,7 @@ def warm_up(
         ),
     ] = False,
 ) -> None:
-    """Compile the kernels of all commands now, so that no command has to do so later.
+    """Compile the kernels of the usual commands and filters in advance (--all: also of the others).
 
     The compiled kernels remain in the user's cache directory until the program changes.
     """
@@ -33,4 +33,4 @@ def warm_up(
         if everything or not any(part in purpose for part in _RARE)
     ]
     missing = compile_kernels(purposes)
-    print(f"{missing} kernels compiled; all kernels are in {kernel_folder()}")
+    print(f"{missing} kernels compiled into {kernel_folder()}")

@@ -10,8 +10,10 @@ import zenoh
 
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.keys import query_key
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.runtime.queries.registry import QUERIES, Query
 from support.fakes.fake_service import FakeService
 from support.paths import ROOT
 from support.processes.certificates import Authority
@@ -48,6 +50,22 @@ def test_the_mtls_configuration_denies_what_no_rule_allows() -> None:
     listens = json.loads(config.get_json("listen/endpoints"))
     assert listens
     assert all(endpoint.startswith("tls/") for endpoint in listens)
+
+
+@pytest.mark.parametrize("query", QUERIES, ids=lambda query: query.name)
+def test_a_display_may_send_every_query_and_receive_its_answer(query: Query) -> None:
+    config = zenoh.Config.from_file(str(FOLDER / "mtls.json5"))
+    access = json.loads(config.get_json("access_control"))
+    names = [one["rules"] for one in access["policies"] if one["subjects"] == ["display"]]
+    key = zenoh.KeyExpr(query_key(query, "7"))
+    for flow, message in (("ingress", "query"), ("egress", "reply")):
+        granted = [
+            zenoh.KeyExpr(one)
+            for rule in access["rules"]
+            if rule["id"] in names[0] and flow in rule["flows"] and message in rule["messages"]
+            for one in rule["key_exprs"]
+        ]
+        assert any(one.includes(key) for one in granted), (flow, str(key))
 
 
 def test_the_configuration_of_one_machine_carries_updates(tmp_path: Path) -> None:

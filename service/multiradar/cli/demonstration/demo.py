@@ -294,7 +294,8 @@ class _Show:
         accuracy = position_accuracy(self._reports(), self._updates(view.tracks_initiated))
         if accuracy is not None:
             console.print(
-                f"{accuracy.compared:,} track positions differ by "
+                f"{accuracy.compared:,} track positions (without the first minute of each track) "
+                f"differ by "
                 f"[bold green]{accuracy.median_m:.0f} m[/] (median) and "
                 f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, "
                 "which was withheld from the tracker",
@@ -367,7 +368,8 @@ class _Show:
 
 def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> None:
     console.print(
-        f"\nOpen {service.http} in a browser for the air picture (press b to toggle the biases)."
+        f"\nOpen {service.http} in a browser for the air picture "
+        "(press b to toggle the bias correction)."
     )
     console.print("The service stays up; press Ctrl-C to stop it:")
     biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]

@@ -90,7 +90,11 @@ def replay(
     profile: ProfileOption = None,
     allow_missing: AllowMissingOption = False,
     flush: Annotated[
-        bool, typer.Option(help="Flush the service at the end of the recording.")
+        bool,
+        typer.Option(
+            help="Mark the end of the stream after the recording, so that buffered measurements "
+            "are processed."
+        ),
     ] = True,
     run_name: Annotated[
         str | None,
@@ -183,8 +187,8 @@ def replay(
     if late > _LATE_MAX * counts.read:
         warn(
             f"{late} of {counts.read} measurements were rejected as TIME_LATE: the data time of "
-            "the service is after their times; if this recording was replayed before with another "
-            "--batch, --speed or --kinds, the service already has these measurements",
+            "the service is later than their times; if this recording was replayed before with "
+            "another --batch, --speed or --kinds, the service already has these measurements",
             DataWarning,
         )
     if counts.rejected == counts.read:

@@ -15,6 +15,9 @@ _COMPASS = (
 #: Shorter displacements have a digit more, km.
 _NEAR_KM = 10.0
 
+#: How the sites of all radars may be displaced instead of the positions of one sensor.
+OPPOSITE = "the same distance in the opposite direction"
+
 
 def displacement(distance_m: float, azimuth_rad: float) -> str:
     """Return a distance with the nearest of eight directions, such as `1.99 km south`.

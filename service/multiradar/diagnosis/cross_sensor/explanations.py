@@ -15,7 +15,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
 )
 from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, late_on_paths, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
-from multiradar.diagnosis.cross_sensor.displacements import displacement, place
+from multiradar.diagnosis.cross_sensor.displacements import OPPOSITE, displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
     CONVERSIONS,
@@ -166,8 +166,8 @@ def common_mistake(
                 Diagnosis(
                     names[one], reading.code,
                     f"{names[one]}: {reading.mistake}, like those of all radars: with "
-                    f"{reading.with_it}, {share:.0%} of its plots lie where other sensors see "
-                    f"aircraft; {reading.remedy}",
+                    f"{reading.with_it}, {share:.0%} of its plots lie where other sensors "
+                    f"detect aircraft; {reading.remedy}",
                 )
                 for one, share in zip(radars, shares, strict=True)
             ]  # fmt: skip
@@ -370,7 +370,7 @@ def _displaced(
     others = np.unique(pairs.source).tolist()
     if len(others) > 1 and all(comparison.is_radar(one) for one in others):
         radars = listed([names[one] for one in others])
-        mistake += f", or the sites of all radars ({radars}) by as much the other way"
+        mistake += f", or the sites of all radars ({radars}) by {OPPOSITE}"
         remedy += ", or the sites in the sensors file"
     else:
         remedy += " (the reference point of local coordinates?)"

@@ -289,11 +289,12 @@ def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]
         ("longitude_deg", (1.0, -1.0)),
         ("latitude_deg and longitude_deg", (-1.0, -1.0)),
     ):
+        both = " and " in names
         yield SiteReading(
             (signs[0] * latitude, signs[1] * longitude, height),
-            f"{names} of its site probably {'have' if ' and ' in names else 'has'} the wrong sign",
+            f"{names} of its site probably {'have' if both else 'has'} the wrong sign",
             "the opposite sign",
-            "correct it in the sensors file (north and east are positive)",
+            f"correct {'them' if both else 'it'} in the sensors file (north and east are positive)",
         )
     for name, other in of_others.items():
         if other[:2] != site[:2]:

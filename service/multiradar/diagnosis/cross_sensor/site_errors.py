@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_bias
-from multiradar.diagnosis.cross_sensor.displacements import displacement, place
+from multiradar.diagnosis.cross_sensor.displacements import OPPOSITE, displacement, place
 from multiradar.diagnosis.cross_sensor.effects import (
     CLOCK,
     GAIN,
@@ -289,7 +289,7 @@ def _sentence(
     if not _is_sited(sensors, error):
         remedies = ["its positions, or remove it from the recording"]
         if len(radars) > 1:
-            what[0] += f", or the sites of all radars ({listed(radars)}) by as much the other way"
+            what[0] += f", or the sites of all radars ({listed(radars)}) by {OPPOSITE}"
             remedies = ["its positions, or the sites in the sensors file"]
     return (
         f"{', or '.join(what)}{alone}: with the {'first ' if others else ''}error corrected, the "
@@ -301,26 +301,27 @@ def _sentence(
 
 def _description(sensors: SensorTable, error: SiteError) -> str:
     names = listed([sensors.ids[one] for one in error.radars])
+    whose = "its" if len(error.radars) == 1 else "their"
     if error.kind == CLOCK:
         sense = "ahead" if error.value[0] > 0.0 else "behind"
-        return f"{names}: its clock is probably {abs(error.value[0]):.2f} s {sense}"
+        return f"{names}: {whose} clock is probably {abs(error.value[0]):.2f} s {sense}"
     if error.kind in (GAIN, SCALE):
         what, *senses = _SCALED[error.kind]
         sense = senses[error.value[0] < 0.0]
-        return f"{names}: its {what} are probably {abs(error.value[0]):.1%} too {sense}"
+        return f"{names}: {whose} {what} are probably {abs(error.value[0]):.1%} too {sense}"
     # Configured minus true site, but reported minus true position.
     sign = -1.0 if _is_sited(sensors, error) else 1.0
     east_m, north_m = sign * error.value[0], sign * error.value[1]
     where = displacement(float(np.hypot(east_m, north_m)), float(np.arctan2(east_m, north_m)))
     if not _is_sited(sensors, error):
-        return f"{names}: its positions are probably displaced by {where} (another datum?)"
+        return f"{names}: {whose} positions are probably displaced by {where} (another datum?)"
     number = error.radars[0]
     latitude_rad, longitude_rad = sensors.latitude_rad[number], sensors.longitude_rad[number]
     site_m = geodetic_to_ecef(latitude_rad, longitude_rad, sensors.height_m[number])
     site_m = site_m + np.array([east_m, north_m, 0.0]) @ enu_rotation(latitude_rad, longitude_rad)
     latitude, longitude, _ = ecef_to_geodetic(site_m)
     return (
-        f"{names}: its site is probably {where} of the configured site, at "
+        f"{names}: {whose} site is probably {where} of the configured site, at "
         f"{place(float(latitude), float(longitude))}"
     )
 

@@ -66,6 +66,6 @@ def check_plot_numbers(name: str, plots: Plots) -> Diagnosis | None:
         name,
         "track_numbers",
         f"{name}: its track numbers (track_number) are probably the numbers of its plots: "
-        f"{counted(len(known))} plots have {counted(len(counts))} different ones, so that each "
-        "plot starts a track; write the number of the track, or leave track_number empty",
+        f"{counted(len(known))} plots have {counted(len(counts))} different numbers, so each "
+        "plot initiates a track; write the number of the track, or leave track_number empty",
     )

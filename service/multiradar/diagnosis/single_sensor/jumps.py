@@ -93,8 +93,8 @@ def check_jumps(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
             return Diagnosis(
                 name,
                 "reflections",
-                f"{name}: its plots probably contain reflections (replies by multipath): {words}, "
-                "and single plots off the path of an aircraft are farther away than it is; remove "
+                f"{name}: its plots probably contain reflections (multipath replies): {words}, "
+                "and the isolated plots off the path are at longer range than the aircraft; remove "
                 "them, or check the reflector list of the radar",
                 "warning",
             )

@@ -146,7 +146,7 @@ def test_positions_displaced_may_be_sites_displaced_the_other_way(others: list[S
     sentence = site_errors._sentence(sensors, displaced, others, ["1-10", "2-10"])
     assert sentence.startswith(
         "adsb: its positions are probably displaced by 0.30 km north (another datum?), or the "
-        "sites of all radars (1-10, 2-10) by as much the other way"
+        "sites of all radars (1-10, 2-10) by the same distance in the opposite direction"
     )
     assert ("or adsb: its clock is probably 0.50 s ahead" in sentence) == bool(others)
     assert (

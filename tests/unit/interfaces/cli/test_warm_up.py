@@ -25,4 +25,4 @@ def test_what_is_rarely_run_is_compiled_only_if_all_is_asked_for(
     assert everything == set(kernels_by_purpose())
     left = everything - usual
     assert {one for one in everything if one.startswith("study ")} < left
-    assert capsys.readouterr().out.startswith("7 kernels compiled; all kernels are in ")
+    assert capsys.readouterr().out.startswith("7 kernels compiled into ")
