@@ -59,9 +59,11 @@ class Reports(NamedTuple):
     time_s : (n,) float64
         Times, s.
     east_m, north_m : (n,) float64
-        Positions, m, in a plane of its sensor.
+        Plots of a radar, m, in its plane; NaN for positions.
     range_m : (n,) float64
         Range from a radar, m; NaN for positions.
+    latitude_deg, longitude_deg : (n,) float64
+        Positions; NaN for plots.
     """
 
     aircraft: Integers
@@ -69,6 +71,8 @@ class Reports(NamedTuple):
     east_m: Numbers
     north_m: Numbers
     range_m: Numbers
+    latitude_deg: Numbers
+    longitude_deg: Numbers
 
 
 def sequence_findings(values: Numbers, reports: Reports) -> list[Finding]:
@@ -98,32 +102,26 @@ def sequence_findings(values: Numbers, reports: Reports) -> list[Finding]:
 
 
 def plane_positions(
-    range_m: Numbers, azimuth_deg: Numbers, position_deg: tuple[Numbers, Numbers], height_m: Numbers
+    range_m: Numbers, azimuth_deg: Numbers, height_m: Numbers
 ) -> tuple[Numbers, Numbers]:
-    """Return positions in a plane, m: of plots around their radar, of others on the Earth.
+    """Return plots in the plane of their radar, m.
 
     Parameters
     ----------
     range_m, azimuth_deg : float64[n]
         Slant range and azimuth; NaN for positions.
-    position_deg : float64[n], float64[n]
-        Latitude and longitude; NaN for plots.
     height_m : float64[n]
         Height, m.
 
     Returns
     -------
     float64[n], float64[n]
-        East and north; differences of close positions are correct within 1 %.
+        East and north; differences of close plots are correct within 1 %. NaN for positions.
     """
     height = np.clip(np.nan_to_num(height_m), -range_m, range_m)
     ground = np.sqrt(range_m**2 - height**2)
     azimuth = np.radians(azimuth_deg)
-    latitude, longitude = (np.radians(angle) for angle in position_deg)
-    radar = ~np.isnan(range_m)
-    east = np.where(radar, ground * np.sin(azimuth), _EARTH_M * longitude * np.cos(latitude))
-    north = np.where(radar, ground * np.cos(azimuth), _EARTH_M * latitude)
-    return east, north
+    return ground * np.sin(azimuth), ground * np.cos(azimuth)
 
 
 def _unchanged(values: Numbers, flies: Flags, reports: Reports) -> Flags:
@@ -167,10 +165,14 @@ def plot_velocities(reports: Reports) -> tuple[Numbers, Numbers, Numbers]:
     Returns
     -------
     float64[n], float64[n], float64[n]
-        East, north, and the largest error by noise; NaN without positions on both sides.
+        East, north, and the largest error by noise; NaN without plots or positions on both sides.
+        Correct within 1 % apart from it.
     """
     count = len(reports.time_s)
-    rows = np.flatnonzero((reports.aircraft >= 0) & np.isfinite(reports.east_m))
+    located = np.isfinite(reports.east_m) | np.isfinite(
+        reports.latitude_deg + reports.longitude_deg
+    )
+    rows = np.flatnonzero((reports.aircraft >= 0) & located)
     order = rows[np.lexsort((reports.time_s[rows], reports.aircraft[rows]))]
     out = np.full((3, count), np.nan)
     if not len(order):
@@ -185,8 +187,36 @@ def plot_velocities(reports: Reports) -> tuple[Numbers, Numbers, Numbers]:
     )
     own, before, after = order[enough], order[before[enough]], order[after[enough]]
     elapsed_s = reports.time_s[after] - reports.time_s[before]
-    out[0, own] = (reports.east_m[after] - reports.east_m[before]) / elapsed_s
-    out[1, own] = (reports.north_m[after] - reports.north_m[before]) / elapsed_s
+    for axis, moved_m in enumerate(_moved(reports, own, before, after)):
+        out[axis, own] = moved_m / elapsed_s
     sigma = POSITION_SIGMA_M + AZIMUTH_SIGMA_RAD * np.nan_to_num(reports.range_m[own])
     out[2, own] = POSITION_SIGMAS * np.sqrt(2.0) * sigma / elapsed_s
     return out[0], out[1], out[2]
+
+
+def _moved(
+    reports: Reports, own: Integers, before: Integers, after: Integers
+) -> tuple[Numbers, Numbers]:
+    """Return the movement between two rows, east and north, m; NaN from a plot to a position.
+
+    Positions are points of a sphere, and east and north those at the row `own` between them:
+    correct across the meridian of 180 degrees and beside a pole as well.
+    """
+    latitude, longitude = np.radians(reports.latitude_deg), np.radians(reports.longitude_deg)
+    x, y, z = (
+        axis[after] - axis[before]
+        for axis in (
+            _EARTH_M * np.cos(latitude) * np.cos(longitude),
+            _EARTH_M * np.cos(latitude) * np.sin(longitude),
+            _EARTH_M * np.sin(latitude),
+        )
+    )
+    latitude, longitude = latitude[own], longitude[own]
+    out = np.cos(longitude) * x + np.sin(longitude) * y
+    radar = np.isfinite(reports.east_m[own])
+    east = np.cos(longitude) * y - np.sin(longitude) * x
+    north = np.cos(latitude) * z - np.sin(latitude) * out
+    return (
+        np.where(radar, reports.east_m[after] - reports.east_m[before], east),
+        np.where(radar, reports.north_m[after] - reports.north_m[before], north),
+    )

@@ -68,10 +68,11 @@ def _of_sensor(
     variation = magnetic_variation(values, height_m)
     found = [] if variation is None else findings(values, height_m, variation)
     values = drop(values, found)
-    position = columns["latitude_deg"], columns["longitude_deg"]
-    east, north = plane_positions(columns["range_m"], columns["azimuth_deg"], position, height_m)
+    range_m = columns["range_m"]
+    east, north = plane_positions(range_m, columns["azimuth_deg"], height_m)
     aircraft = np.where(address > 0, address, -1)
-    reports = Reports(aircraft, time_s, east, north, columns["range_m"])
+    position = columns["latitude_deg"], columns["longitude_deg"]
+    reports = Reports(aircraft, time_s, east, north, range_m, *position)
     over_time = sequence_findings(values, reports)
     values = drop(values, over_time)
     figures = DataFigures()

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pyproj
 import pytest
 
 from multiradar_converters.aircraft_data import quantities as q
@@ -17,9 +18,11 @@ from multiradar_converters.aircraft_data.plausibility import (
 from multiradar_converters.aircraft_data.sequences import (
     Reports,
     plane_positions,
+    plot_velocities,
     sequence_findings,
 )
 from multiradar_converters.aircraft_data.variation import magnetic_variation
+from multiradar_converters.asterix.aircraft_reports import screened
 from multiradar_schemas.measurements.units import KNOT_MPS
 
 CRUISE: dict[int, float] = {
@@ -131,7 +134,9 @@ def flight(count: int, *, turns_deg_per_s: float = 0.0, step_s: float = 4.0) -> 
     own = values(*[{}] * count)
     own[:, q.TRACK_ANGLE] = np.degrees(track) % 360.0
     own[:, q.INDICATED_AIRSPEED] += np.arange(count) % 2
-    reports = Reports(np.full(count, 7), time_s, east, north, np.full(count, 80_000.0))
+    nothing = np.full(count, np.nan)
+    range_m = np.full(count, 80_000.0)
+    reports = Reports(np.full(count, 7), time_s, east, north, range_m, nothing, nothing)
     return {"values": own, "reports": reports}
 
 
@@ -183,6 +188,42 @@ def test_motion_of_another_aircraft_is_dropped() -> None:
     assert set(range(30, 34)) <= set(found) <= {10, *range(21, 34)}
 
 
+@pytest.mark.parametrize("course", [0.0, 45.0, 90.0, 180.0, 270.0])
+@pytest.mark.parametrize(
+    "place",
+    [(0.0, 0.0), (55.7, 37.6), (36.0, 140.0), (40.0, -75.0), (-41.0, 179.99), (89.0, -75.0)],
+)
+def test_positions_anywhere_on_the_earth_agree_with_the_motion(
+    place: tuple[float, float], course: float
+) -> None:
+    """Regression: east was measured from Greenwich: a change of latitude shifted it."""
+    count, speed = 40, 230.0
+    time_s = 4.0 * np.arange(count, dtype=np.float64)
+    whole = np.full(count, 1.0)
+    longitude, latitude, back = pyproj.Geod(ellps="WGS84").fwd(
+        whole * place[1], whole * place[0], whole * course, speed * time_s
+    )
+    own = values(*[{}] * count)
+    own[:, q.GROUND_SPEED], own[:, q.TRACK_ANGLE] = speed, (np.asarray(back) + 180.0) % 360.0
+    own[0, q.TRACK_ANGLE] = course
+    nothing = np.full(count, np.nan)
+    reports = Reports(np.full(count, 7), time_s, nothing, nothing, nothing, latitude, longitude)
+    track = np.radians(own[:, q.TRACK_ANGLE])
+    east, north, _ = plot_velocities(reports)
+    inside = slice(1, -1)
+    error = np.hypot(east - speed * np.sin(track), north - speed * np.cos(track))[inside]
+    assert error.max() < 0.01 * speed
+    own[:, q.ROLL] = own[:, q.VERTICAL_RATE] = np.arange(count) % 3
+    assert reasons_of(own, reports) == {}
+    kept = {"time_s": time_s, "latitude_deg": latitude, "longitude_deg": longitude}
+    kept |= {"range_m": nothing, "azimuth_deg": nothing, "height_m": whole * HEIGHT_M}
+    whole_numbers = np.zeros(count, np.int64)
+    seen = screened(own, whole_numbers, whole_numbers, whole_numbers + 7, kept)
+    assert np.isfinite(seen.values[:, q.TRACK_ANGLE]).all()
+    own[20, q.TRACK_ANGLE] += 180.0
+    assert reasons_of(own, reports)["positions"] == [20]
+
+
 def test_variation_is_that_with_the_least_scatter_of_the_winds() -> None:
     random = np.random.default_rng(3)
     heading, wind = random.uniform(0.0, 360.0, 500), np.array([40.0, -10.0])
@@ -223,8 +264,5 @@ def test_noise_is_estimated_from_neighbours_and_not_below_the_rounding() -> None
 
 def test_a_height_farther_below_the_radar_than_the_range_has_a_position() -> None:
     """Regression: a warning of NumPy was shown for damaged records."""
-    nothing = np.full(1, np.nan)
-    east, north = plane_positions(
-        np.array([100.0]), np.array([90.0]), (nothing, nothing), np.array([-900.0])
-    )
+    east, north = plane_positions(np.array([100.0]), np.array([90.0]), np.array([-900.0]))
     assert (east.tolist(), north.tolist()) == ([0.0], [0.0])
