@@ -1,6 +1,7 @@
 """Query parameters: strict types shared by all routes, and rejection of unknown parameters."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Any
@@ -20,6 +21,8 @@ _NUMBER = re.compile(
 _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 
 _ISO_8601_LENGTH_MAX = 40
+# Unknown parameters named in an answer.
+_SHOWN_MAX = 8
 
 
 def number(text: object) -> float:
@@ -161,13 +164,16 @@ async def strict_query(request: Request) -> None:
         422 with the names of the parameters.
     """
     known = {field.alias for field in request.scope["route"].dependant.query_params}
-    given = [name for name, _ in request.query_params.multi_items()]
-    wrong = {name: f"unknown parameter{did_you_mean(name, known)}; "
-                   f"known: {', '.join(sorted(known)) or 'none'}"
-             for name in given if name not in known}  # fmt: skip
+    given = Counter(name for name, _ in request.query_params.multi_items())
+    wrong = [name for name in given if name not in known]
     if wrong:
-        shown = {ascii(name)[1:-1][:64]: reason for name, reason in list(wrong.items())[:8]}
+        names = ", ".join(sorted(known)) or "none"
+        # A suggestion takes a search, and a request has room for thousands of names.
+        shown = {
+            ascii(name)[1:-1][:64]: f"unknown parameter{did_you_mean(name, known)}; known: {names}"
+            for name in wrong[:_SHOWN_MAX]
+        }
         raise parameter_error(shown, code="UNKNOWN_PARAMETER")
-    repeated = {name: "expected once" for name in given if given.count(name) > 1}
+    repeated = {name: "expected once" for name, count in given.items() if count > 1}
     if repeated:
         raise parameter_error(repeated)

@@ -28,6 +28,8 @@ from multiradar_schemas.sensors.sensor import Sensor
 
 #: Octets of a description.
 BODY_BYTES_MAX = 1 << 16
+#: Keys of a description; a complete one has 68. Each that is unknown takes a search for the answer.
+KEYS_MAX = 256
 
 SensorId = Annotated[
     str,
@@ -153,8 +155,18 @@ def _description(request: Request, body: bytes) -> dict[str, Any]:
         raise RequestError(
             413, "BODY_TOO_LARGE", f"expected at most {BODY_BYTES_MAX} octets, found {len(body)}"
         )
+    count = 0
+
+    def few_and_each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        nonlocal count
+        count += len(pairs)
+        if count > KEYS_MAX:
+            msg = f"expected at most {KEYS_MAX} keys"
+            raise ValueError(msg)
+        return _each_once(pairs)
+
     try:
-        values = json.loads(body, object_pairs_hook=_each_once, parse_constant=_no_number)
+        values = json.loads(body, object_pairs_hook=few_and_each_once, parse_constant=_no_number)
     except (ValueError, RecursionError) as error:
         raise RequestError(400, "MALFORMED_BODY", f"expected a JSON object: {error}") from error
     if not isinstance(values, dict):

@@ -1,7 +1,6 @@
 """The air picture: the page at `/`, its files, and the frames that it reads."""
 
 import hashlib
-import re
 from dataclasses import astuple
 from functools import cache
 from importlib.resources import files
@@ -76,7 +75,8 @@ async def page_file(request: Request, name: str) -> Response:
 def _answer(request: Request, name: str) -> Response:
     file = _file(name)
     headers = {**_HEADERS, "etag": file.tag, "content-type": FILES[name]}
-    if file.tag in re.split(r"\s*,\s*", request.headers.get("if-none-match", "")):
+    tags = request.headers.get("if-none-match", "").split(",")
+    if file.tag in {one.strip() for one in tags}:
         return Response(None, 304, headers)
     return Response(file.content, headers=headers)
 

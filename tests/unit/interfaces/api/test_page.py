@@ -2,6 +2,7 @@
 
 import json
 import re
+import time
 from importlib.resources import files
 from unittest.mock import ANY
 
@@ -31,6 +32,16 @@ async def test_every_file_of_the_page_is_served_with_its_policy(
     assert "unsafe" not in answer.headers["content-security-policy"]
     again = await client.get(path, headers={"if-none-match": answer.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+    tags = f'"other" , {answer.headers["etag"]}\t,W/"x"'
+    assert (await client.get(path, headers={"if-none-match": tags})).status_code == 304
+    assert (await client.get(path, headers={"if-none-match": '"other"'})).status_code == 200
+
+
+async def test_a_long_list_of_tags_does_not_delay_others(client: httpx.AsyncClient) -> None:
+    start_s = time.process_time()
+    answer = await client.get("/", headers={"if-none-match": f"a{' ' * 15_000}b"})
+    assert time.process_time() - start_s < 0.1
+    assert answer.status_code == 200
 
 
 async def test_the_page_names_no_other_host(client: httpx.AsyncClient) -> None:

@@ -1,5 +1,6 @@
 """Every error answer is a problem document with a stable code and without internals."""
 
+import time
 from typing import cast
 
 import httpx
@@ -117,6 +118,23 @@ async def test_a_hostile_request_is_a_coded_problem(
     transport = httpx.ASGITransport(unchanging)
     async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
         _is_problem(await client.request(method, path), status, code)
+
+
+@pytest.mark.parametrize(
+    ("query", "code", "count"),
+    [
+        ("&".join(["at"] * 5_000), "INVALID_PARAMETER", 1),
+        ("&".join(f"limi{number}" for number in range(1_900)), "UNKNOWN_PARAMETER", 8),
+    ],
+)
+async def test_thousands_of_parameters_do_not_delay_others(
+    client: httpx.AsyncClient, query: str, code: str, count: int
+) -> None:
+    await client.get("/v1/tracks?at")
+    start_s = time.process_time()
+    answer = await client.get(f"/v1/tracks?{query}")
+    assert time.process_time() - start_s < 0.1
+    assert len(cast("list[object]", _is_problem(answer, 422, code)["errors"])) == count
 
 
 async def test_an_unknown_parameter_is_named_with_those_that_are_known(

@@ -1,13 +1,15 @@
 """Sensors over HTTP: read, tried, changed and added; what is wrong is named and changes nothing."""
 
 import json
+import time
+from collections.abc import Iterable
 from typing import Any
 
 import httpx
 import pytest
 from structlog.testing import capture_logs
 
-from multiradar.ingest.http_sensors import BODY_BYTES_MAX
+from multiradar.ingest.http_sensors import BODY_BYTES_MAX, KEYS_MAX
 from support.fakes.fake_service import FakeService
 
 _OWN = "/v1/sensors/41-10"
@@ -97,6 +99,18 @@ async def test_a_body_that_is_no_description_is_rejected(
 ) -> None:
     answer = await client.put(_OWN, content=body, headers={"content-type": "application/json"})
     assert answer.status_code == status
+
+
+@pytest.mark.parametrize("names", [[*range(7_000), 6_999], range(7_000)])
+async def test_thousands_of_keys_do_not_delay_others(
+    client: httpx.AsyncClient, names: Iterable[int]
+) -> None:
+    body = "{" + ",".join(f'"{name}":0' for name in names) + "}"
+    start_s = time.process_time()
+    answer = await client.put(_OWN, content=body, headers={"content-type": "application/json"})
+    assert time.process_time() - start_s < 0.2
+    assert (answer.status_code, answer.json()["code"]) == (400, "MALFORMED_BODY")
+    assert f"expected at most {KEYS_MAX} keys" in answer.json()["detail"]
 
 
 async def test_wrong_requests_are_rejected(client: httpx.AsyncClient) -> None:
