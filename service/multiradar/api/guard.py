@@ -139,7 +139,9 @@ class LimitLayer:
         # A foreign web page must not reach a service on loopback, neither by DNS rebinding nor by a
         # form or socket opened from that page.
         host = header(scope, b"host").decode("latin-1").lower()
-        name = urlsplit(f"//{host}").hostname if _plain_host(host) else None
+        name = _host_name(host)
+        if host and name is None:
+            raise RequestError(421, "HOST_NOT_ALLOWED", "the Host header is not the name of a host")
         if self._allowed_hosts and name not in self._allowed_hosts:
             raise RequestError(
                 421, "HOST_NOT_ALLOWED", "the Host header is not one of the allowed hosts"
@@ -157,8 +159,14 @@ def _name_request(scope: Scope) -> None:
     scope[REQUEST_ID_KEY] = given.decode() if _REQUEST_ID.fullmatch(given) else secrets.token_hex(8)
 
 
-def _plain_host(host: str) -> bool:
-    return bool(host) and not any(character in host for character in "/?#@\\ ")
+# Without the port; None of what is no host.
+def _host_name(host: str) -> str | None:
+    if any(character in host for character in "/?#@\\ "):
+        return None
+    try:
+        return urlsplit(f"//{host}").hostname
+    except ValueError:
+        return None
 
 
 def _count(scope: Scope, status: int, duration_s: float) -> None:

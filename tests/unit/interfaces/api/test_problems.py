@@ -6,6 +6,7 @@ from typing import cast
 import httpx
 import pytest
 from fastapi import FastAPI
+from starlette.types import Message
 from structlog.testing import capture_logs
 
 from multiradar.api.factory import create_api
@@ -244,6 +245,8 @@ async def test_a_page_of_another_origin_changes_nothing(
         ("127.0.0.1.rebound.example", 421),
         ("localhost/@rebound.example", 421),
         ("", 421),
+        ("[", 421),
+        ("[x]", 421),
     ],
 )
 async def test_only_known_names_of_the_host_are_answered(
@@ -254,6 +257,35 @@ async def test_only_known_names_of_the_host_are_answered(
     async with httpx.AsyncClient(transport=transport, base_url="http://x") as client:
         answer = await client.get("/healthz", headers={"host": host})
     assert answer.status_code == status
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [("any.example", 200), ("", 200), ("[2001:db8::1]:80", 200), ("[", 421), ("[x]", 421),
+     ("a]", 421), ("any.example/healthz?", 421), (":80", 421)],
+)  # fmt: skip
+async def test_where_all_names_are_known_a_host_still_has_the_form_of_one(
+    client: httpx.AsyncClient, host: str, status: int
+) -> None:
+    with capture_logs() as logged:
+        answer = await client.get("/healthz", headers={"host": host})
+    assert answer.status_code == status
+    assert status == 200 or answer.json()["code"] == "HOST_NOT_ALLOWED"
+    assert logged == []
+
+
+async def test_a_web_socket_with_a_host_that_is_none_is_closed(application: LimitLayer) -> None:
+    sent: list[Message] = []
+
+    async def receive() -> Message:
+        return {"type": "websocket.connect"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    scope = {"type": "websocket", "path": "/v1/stream", "headers": [(b"host", b"[")]}
+    await LimitLayer(application, HttpLimits())(scope, receive, send)
+    assert sent == [{"type": "websocket.close", "code": 1008, "reason": "HOST_NOT_ALLOWED"}]
 
 
 @pytest.mark.parametrize(
