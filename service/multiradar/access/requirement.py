@@ -55,34 +55,36 @@ async def authorised(
     address = connection.client.host if connection.client else "unknown"
     path = connection.scope["path"][:200]
     method = connection.scope.get("method", "WEBSOCKET")
-    events = authentication.events
+    # Of one origin, entries are limited; a host may have all addresses of its network.
+    events, origin = authentication.events, client_at(address)
+    where = {"address": address, "method": method, "path": path}
     try:
         caller = authentication.caller(
             None if bearer is None else bearer.credentials,
             connection.scope.get("state", {}).get(CERTIFICATE_NAME),
         )
     except RequestError as error:
-        events.warn("rejected", address, code=error.code, method=method, path=path)
+        events.warn("rejected", origin, code=error.code, **where)
         if error.code == CREDENTIALS_INVALID:
-            authentication.attempts.note_wrong(client_at(address))
+            authentication.attempts.note_wrong(origin)
         raise
     if not caller.may(Role(role)):
         code = "ROLE_NOT_ALLOWED"
-        events.warn("rejected", address, code=code, client=caller.name, method=method, path=path)
+        events.warn("rejected", origin, code=code, client=caller.name, **where)
         raise RequestError(
             403, code, f"this request requires the role {role}, which {caller.name} does not have"
         )
     if role == Role.OPERATE and not authentication.required and not _is_local(connection):
         # Without credentials anybody of that network may ask; this changes what all others get.
         code = "ROLE_NOT_ALLOWED"
-        events.warn("rejected", address, code=code, method=method, path=path)
+        events.warn("rejected", origin, code=code, **where)
         msg = (
             f"without credentials, only clients on this machine have the role {role}; create a "
             f"key with this role"
         )
         raise RequestError(403, code, msg)
     if role == Role.OPERATE:
-        SECURITY_LOG.info("operated", client=caller.name, address=address, method=method, path=path)
+        SECURITY_LOG.info("operated", client=caller.name, **where)
     connection.state.caller = caller
     return caller
 

@@ -6,6 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import APIRouter, FastAPI
+from structlog.testing import capture_logs
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from multiradar.api.factory import create_api
@@ -124,6 +125,23 @@ async def test_a_rejection_is_a_problem_with_a_challenge(caller: httpx.AsyncClie
     role = await caller.get("/v1/tracks", headers=bearer(KEYS["feed"]))
     assert (role.status_code, role.json()["code"]) == (403, "ROLE_NOT_ALLOWED")
     assert "the role display, which feed does not have" in role.json()["detail"]
+
+
+async def test_rejections_of_a_network_of_64_bits_are_one_origin_in_the_log(
+    guarded: FastAPI,
+) -> None:
+    keys = (None, "mr_x", KEYS["feed"])
+    with capture_logs() as logs:
+        for address in ("2001:db8::1", "2001:db8::2", "2001:db8:0:1::1"):
+            transport = httpx.ASGITransport(guarded, client=(address, 1))
+            async with httpx.AsyncClient(transport=transport, base_url="http://[::1]") as one:
+                assert [await status(one, "GET", "/v1/tracks", key) for key in keys] == [
+                    401, 401, 403,
+                ]  # fmt: skip
+    logged = [(one["origin"], one["address"]) for one in logs if one["event"] == "rejected"]
+    assert logged == [
+        ("2001:db8::/64", "2001:db8::1"), ("2001:db8:0:1::/64", "2001:db8:0:1::1"),
+    ]  # fmt: skip
 
 
 async def test_nothing_of_a_body_is_read_before_the_check(
