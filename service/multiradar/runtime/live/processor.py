@@ -130,6 +130,8 @@ class Processor:
         self._states: TrackStates | None = None
         self._data_time_s: float | None = None
         self._figures: dict[str, Any] = NO_FIGURES
+        # Whether the state is that after an entry: one that failed was processed in part.
+        self._is_whole = True
         self._reset()
         #: Skipped entries, with the reason of each.
         self.skipped: dict[int, str] = {}
@@ -240,7 +242,8 @@ class Processor:
     def finish(self) -> None:
         """Take a last snapshot, and read the journal no more."""
         if (snapshots := self._snapshots) is not None:
-            if self.failure is None and snapshots.is_new and not self.following:
+            is_sound = self.failure is None and self._is_whole
+            if is_sound and snapshots.is_new and not self.following:
                 self._capture(snapshots)
             snapshots.close()
 
@@ -294,7 +297,7 @@ class Processor:
         self._settle()
 
     def _rebuild(self, until: int | None, *, one_by_one: bool) -> None:
-        rows_max = 1 if one_by_one else self._rows_max
+        self._is_whole, rows_max = False, 1 if one_by_one else self._rows_max
         # Another service may write meanwhile: what comes later is followed.
         until = until or self._journal.counts().entries
         for _ in range(POISON_ENTRIES_MAX + 2):
@@ -320,7 +323,7 @@ class Processor:
                     self._journal.skip(sequence, repr(failure.cause))
                 rows_max = 1
             else:
-                self.processed = until
+                self.processed, self._is_whole = until, True
                 return
         raise PipelineError(
             f"the engine failed on more than {POISON_ENTRIES_MAX} journal entries; see the log"
@@ -336,7 +339,7 @@ class Processor:
                 yield grouped(waiting, rows_max) if rows_max > 1 else [waiting.popleft()]
 
     def _process(self, group: Sequence[Journalled]) -> None:
-        self.moved_s = self._clock.monotonic_s()
+        self.moved_s, self._is_whole = self._clock.monotonic_s(), False
         set_back = self._is_set_back(group)
         output = self._called(group, lambda: self._push(group))
         change = self._changes[-1] if group[0].kind is EntryKind.SENSOR else None
@@ -352,7 +355,7 @@ class Processor:
         if (completed := self._called(group, self._engine.complete)) is not NO_OUTPUT:
             self._publication.publish(completed, self._data_time_s)
         # The output is visible to readers only from now on.
-        self.processed = group[-1].sequence
+        self.processed, self._is_whole = group[-1].sequence, True
         snapshots, rows = self._snapshots, sum(len(entry.batch) for entry in group)
         if snapshots is not None and snapshots.note(rows) and not self.following:
             self._capture(snapshots)

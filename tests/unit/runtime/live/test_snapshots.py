@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from multiradar.errors import JournalError, SnapshotError
+from multiradar.errors import JournalError, PipelineError, SnapshotError
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules, Snapshots
 from multiradar.settings.limits import RuntimeLimits
@@ -91,13 +91,14 @@ class Site:
             SnapshotFolder(folder / "journal"), 1e9, 1, "sensors and settings"
         )
         self.limits = LIMITS
+        self.engine: type[FakeEngine] = Counted
 
     @contextmanager
     def service(self, *, snapshots: bool = True) -> Iterator[Service]:
         """Run a service; `Counted.rows` has the measurements replayed at its start."""
         service = Service(
             open_journal=lambda: self.journal,
-            open_engine=Counted,
+            open_engine=self.engine,
             sensors=TABLE,
             tracking=TrackingSettings(),
             limits=self.limits,
@@ -415,6 +416,34 @@ def test_a_snapshot_that_fails_raises_an_alarm_until_one_is_written(
         free[0] = 10**12
     # The stop tries again, although there are no further measurements.
     assert [int(one.stem) for one in site.files] == [3, 2]
+
+
+@pytest.mark.parametrize("error", [MemoryError, KeyboardInterrupt])
+def test_a_start_that_fails_within_an_entry_leaves_no_snapshot(
+    site: Site, error: type[BaseException]
+) -> None:
+    """The next start used it, and processed the rest of that entry twice."""
+
+    class Failing(Counted):
+        def push(self, batch: Any, clock_s: float | None = None) -> EngineOutput:
+            output = super().push(batch, clock_s)
+            if self._sequence > 200:
+                raise error
+            return output
+
+    site.limits = replace(LIMITS, push_rows_max=100)
+    site.rules = replace(site.rules, rows=10**9)
+    with site.service(snapshots=False) as service:
+        for begin in range(0, 300, 100):
+            submit(service, FRAME[begin : begin + 100])
+        settled(service)
+    site.engine = Failing
+    with pytest.raises((PipelineError, KeyboardInterrupt)), site.service():
+        pass
+    assert site.files == []
+    site.engine = Counted
+    with site.service() as service:
+        assert everything(service) == whole(site)
 
 
 def test_a_service_that_could_not_restore_everything_takes_none(site: Site, log: list[str]) -> None:
