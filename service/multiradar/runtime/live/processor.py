@@ -272,7 +272,7 @@ class Processor:
             _log.warning("engine failed, replaying the journal", exc_info=failure.cause)
             self._rebuild(until, one_by_one=True)
         # The last entries may be among the skipped ones.
-        self.processed = until
+        self.processed = max(self.processed, until)
         self.moved_s = None
 
     def _reset(self) -> None:
@@ -323,7 +323,8 @@ class Processor:
                     self._journal.skip(sequence, repr(failure.cause))
                 rows_max = 1
             else:
-                self.processed, self._is_whole = until, True
+                # A snapshot may be of a later entry of another service.
+                self.processed, self._is_whole = max(self.processed, until), True
                 return
         raise PipelineError(
             f"the engine failed on more than {POISON_ENTRIES_MAX} journal entries; see the log"

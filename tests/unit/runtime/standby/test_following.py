@@ -231,13 +231,16 @@ def test_a_snapshot_after_a_takeover_needs_no_rows_that_the_primary_has_removed(
         folder.read_rows(files)
 
 
-def test_an_entry_that_cannot_be_processed_is_skipped_by_both(tmp_path: Path) -> None:
-    class Picky(FakeEngine):
-        def push(self, batch: object, clock_s: float | None = None) -> object:  # type: ignore[override]
-            if len(batch) == 13:  # type: ignore[arg-type]
-                raise ValueError("thirteen")
-            return super().push(batch, clock_s)  # type: ignore[arg-type]
+class Picky(FakeEngine):
+    """Fails on a batch of 13 measurements."""
 
+    def push(self, batch: object, clock_s: float | None = None) -> object:  # type: ignore[override]
+        if len(batch) == 13:  # type: ignore[arg-type]
+            raise ValueError("thirteen")
+        return super().push(batch, clock_s)  # type: ignore[arg-type]
+
+
+def test_an_entry_that_cannot_be_processed_is_skipped_by_both(tmp_path: Path) -> None:
     pair = Pair(tmp_path / "journal.db")
     pair.second.stop()
     pair.primary.stop()
@@ -257,6 +260,27 @@ def test_an_entry_that_cannot_be_processed_is_skipped_by_both(tmp_path: Path) ->
     pair.stop()
     assert found["skipped"] == expected["skipped"] == [2]
     assert found["output_sha256"] == expected["output_sha256"]
+
+
+def test_entries_in_a_snapshot_of_the_primary_are_not_processed_again(tmp_path: Path) -> None:
+    """A standby that was built again from a snapshot beyond its last entry went back to it."""
+    pair = Pair(tmp_path / "journal.db")
+    pair.second.stop()
+    pair.primary.stop()
+    pair.primary, _ = pair._service(Picky)  # type: ignore[arg-type]
+    pair.second, pair.journal = pair._service(Picky)  # type: ignore[arg-type]
+    pair.primary.start()
+    submit(pair.primary, FRAME[:20])
+    pair.second.start(following=True)
+    for begin, end in ((20, 33), (33, 60), (60, 200)):
+        submit(pair.primary, FRAME[begin:end])
+    expected = settled(pair.primary)
+    wait_until(lambda: len(SnapshotFolder(tmp_path / "journal.db").files()), "the snapshot")
+    assert pair.second.follow(2) == 4
+    assert pair.second.follow(4) == 4
+    found = pair.second.view.status()
+    pair.stop()
+    assert {name: found[name] for name in SAME} == {name: expected[name] for name in SAME}
 
 
 def test_entries_that_arrive_during_the_replay_are_processed(tmp_path: Path) -> None:
