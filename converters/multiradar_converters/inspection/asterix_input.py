@@ -160,13 +160,13 @@ class _Recording:
         self._survey.references = reported_references(antennas) | self._survey.references
         for source, one in antennas.items():
             before = self._survey.antennas.get(source_name(source))
+            site = one.site or (before.site if before is not None else None)
             if before is None or (one.north_marks, one.sectors) > (
                 before.north_marks,
                 before.sectors,
             ):
-                self._survey.antennas[source_name(source)] = Antenna(
-                    one.north_marks, one.sectors, one.period_s, one.site
-                )
+                before = Antenna(one.north_marks, one.sectors, one.period_s, site)
+            self._survey.antennas[source_name(source)] = replace(before, site=site)
         if timed is not None:
             self._add_reports(timed, detailed=registers is not None)
         for source, counts in registers.counts.items() if registers else ():

@@ -1,6 +1,8 @@
 """Surface radar and multilateration with local coordinates, and the accuracy of positions."""
 
 import json
+import math
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,7 @@ import pyproj
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, run
+from multiradar_converters.inspection.recordings import InspectionOptions, inspect
 from multiradar_schemas.sensors.sensor import load_sensors
 from support.asterix.octets import block, plot_001, plot_048
 from support.asterix.surface_records import (
@@ -134,6 +137,30 @@ def test_a_missing_reference_point_is_named_with_what_to_do(
     assert report["counts"]["read"] == report["counts"]["accepted"] + report["counts"]["rejected"]
     reject = json.loads((out / "rejects.ndjson").read_text())
     assert (reject["code"], reject["reason"][:22]) == ("MISSING_FIELD", "local coordinates only")
+
+
+def test_a_reported_site_of_zero_is_no_reference_point(convert: Convert) -> None:
+    """Regression: positions beside 0, 0 were measurements, and 0, 0 was the site of the sensor."""
+    reports = block(19, reference_019(0.5, 0.0, 0.0)) + block(20, mlat_020(1.0, local=(1000, 2000)))
+    table, report, out = convert(reports, status=EXIT_FAILED)
+    assert table.height == 0
+    assert report["figures"]["unreferenced"] == {"0-107": 1}
+    sensor = tomllib.loads((out / "sensors.toml").read_text())["sensor"][0]
+    assert math.isnan(sensor["latitude_deg"])
+    survey = inspect([out.parent / "recording-0.ast"], InspectionOptions(), lambda _: None)
+    assert (survey.antennas["0-107"].site, survey.references) == (None, {})
+
+
+def test_a_site_beside_those_of_zero_is_the_reference_point(convert: Convert) -> None:
+    unset = block(19, reference_019(0.5, 0.0, 0.0))
+    reports = block(19, reference_019(1.5, *POINT)) + unset + block(20, mlat_020(2.0, local=(0, 0)))
+    table, _, out = convert(unset, reports)
+    assert position(table) == pytest.approx(POINT, abs=1e-6)
+    assert load_sensors(out / "sensors.toml").sensor[0].latitude_deg == pytest.approx(POINT[0])
+    files = [out.parent / f"recording-{k}.ast" for k in range(2)]
+    survey = inspect(files, InspectionOptions(), lambda _: None)
+    assert survey.antennas["0-107"].site == pytest.approx((*POINT, 40.0))
+    assert survey.references[107] == pytest.approx(POINT)
 
 
 def test_a_sensor_without_a_reference_point_is_to_be_completed(

@@ -1,7 +1,8 @@
 """Service messages: clock, north marks, sectors, scan period of radars (002, 034), and the site.
 
 The site of a radar is that of its antenna (034/120), that of a multilateration system the
-reference point of its local coordinates (019/600, 610, 620).
+reference point of its local coordinates (019/600, 610, 620). Systems without a configured site
+report 0, 0, which counts as absent.
 """
 
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ class Services:
     period_s : float64[n]
         Reported scan period, s; NaN if absent.
     site : float64[n, 3]
-        Reported latitude and longitude, degree, and height, m; NaN if absent.
+        Reported latitude and longitude, degree, and height, m; NaN if absent or 0, 0.
     """
 
     message: Integers
@@ -52,27 +53,33 @@ def read_services(category: int, columns: Columns) -> Services | None:
         return None
     message = columns.integers("000")
     sector = np.where(message == NORTH, 0.0, columns.numbers("020"))
-    names = ("LAT", "LON", "HGT")
+    latitude, longitude, height = (columns.numbers("120", name) for name in ("LAT", "LON", "HGT"))
     return Services(
         message=message,
         time_s=columns.numbers("030"),
         sector_deg=np.where((message == NORTH) | (message == SECTOR), sector, np.nan),
         period_s=columns.numbers("041"),
-        site=np.stack([columns.numbers("120", name) for name in names], axis=1),
+        site=_site(latitude, longitude, height),
     )
 
 
 def _of_multilateration(columns: Columns) -> Services:
     nothing = np.full(len(columns), np.nan)
     height = columns.numbers("610") + np.nan_to_num(columns.numbers("620"))
-    site = (columns.numbers("600", "LAT"), columns.numbers("600", "LON"), height)
+    latitude, longitude = columns.numbers("600", "LAT"), columns.numbers("600", "LON")
     return Services(
         message=np.full(len(columns), OTHER, dtype=np.int64),
         time_s=columns.numbers("140"),
         sector_deg=nothing,
         period_s=nothing,
-        site=np.stack(site, axis=1),
+        site=_site(latitude, longitude, height),
     )
+
+
+def _site(latitude_deg: Numbers, longitude_deg: Numbers, height_m: Numbers) -> Numbers:
+    site = np.stack([latitude_deg, longitude_deg, height_m], axis=1)
+    site[(latitude_deg == 0.0) & (longitude_deg == 0.0)] = np.nan
+    return site
 
 
 def antenna_period_s(

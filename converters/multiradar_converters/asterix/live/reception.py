@@ -76,8 +76,8 @@ class LiveOptions:
     behind_max_s : float
         Maximum age of a time of day at reception, s; older records are rejected.
     references : mapping
-        Reference points of local coordinates by source; those that a source reports (019/600) fill
-        in where there is none.
+        Reference points of local coordinates by source; those that a source reports (019/600), the
+        latest of each, fill in where there is none.
     retained_records : int
         Records retained to find duplicates; a power of two.
     """
@@ -109,7 +109,7 @@ class LiveDecoder:
         self._differences = RecentDifferences(sources)
         self._framing = LearntFraming(SKIPPED)
         self._recent = RecentRecords(options.duplicate_window_s, options.retained_records)
-        self._references = dict(options.references)
+        self._reported: dict[int, ReferencePoint] = {}
 
     def use(self, options: LiveOptions) -> None:
         """Use further names, scan periods and references from the next datagrams on; any thread.
@@ -155,7 +155,6 @@ class LiveDecoder:
         self._known = np.array(_sources(options), dtype=np.int64)
         self._clocks.extend(self._known, options.scan_periods)
         self._differences.extend(self._known.tolist())
-        self._references |= options.references
 
     def _reports(self, gathered: Gathered, datagrams: Datagrams, batch: LiveBatch) -> None:
         """Assign times to target reports, and select measurements."""
@@ -163,13 +162,14 @@ class LiveDecoder:
         placed = np.isin(service_rows.source, self._known) & ~np.isnan(services.site).any(axis=1)
         for k in np.flatnonzero(placed).tolist():
             point = ReferencePoint(*services.site[k, :2].tolist())
-            self._references.setdefault(int(service_rows.source[k]), point)
+            self._reported[int(service_rows.source[k])] = point
         rows, kind, targets = targets_in_order(gathered)
         known = np.isin(rows.source, self._known)
         tally = Tally(batch, datagrams)
         tally.reject(rows, ~known, RejectCode.UNKNOWN_SENSOR, _unknown)
         rows, kind = selected_rows(rows, known), kind[known]
-        targets = located(select_targets(targets, known), rows.source, self._references)
+        references = self._reported | dict(self._options.references)
+        targets = located(select_targets(targets, known), rows.source, references)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
         self._differences.push(of_reports(reports))

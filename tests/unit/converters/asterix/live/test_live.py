@@ -439,6 +439,28 @@ def test_a_reference_point_that_is_reported_counts_from_then_on() -> None:
     assert found.frame["latitude_deg"].to_list() == [pytest.approx(41.5)]
 
 
+def test_a_site_of_zero_is_none_and_a_later_report_replaces_an_earlier_one() -> None:
+    """Regression: 0, 0 of a system without a site remained its reference point."""
+
+    def latitudes(one: LiveDecoder, *points: tuple[float, float]) -> list[float]:
+        status = (block(19, reference_019(43_200.0, *point)) for point in points)
+        reports = b"".join(status) + block(20, mlat_020(43_200.0 + len(points), local=(0, 0)))
+        batch = one.decode(datagrams((NOON_S + 9.0, reports)))
+        assert len(batch.frame) + len(batch.rejected) == 1
+        found: list[float] = batch.frame["latitude_deg"].to_list()
+        return [] if batch.rejected else found
+
+    one = airport()
+    assert latitudes(one, (0.0, 0.0)) == []
+    assert latitudes(one, (0.0, 0.0), (41.5, 2.25)) == [pytest.approx(41.5)]
+    assert latitudes(one, (41.4, 2.25), (41.3, 2.25), (0.0, 0.0)) == [pytest.approx(41.3)]
+    names = {(107, "mlat"): "mlat"}
+    one.use(LiveOptions(names=names, references={107: ReferencePoint(45.0, 2.0)}))
+    assert latitudes(one, *[(41.2, 2.25)] * 4) == [pytest.approx(45.0)]
+    one.use(LiveOptions(names=names))
+    assert latitudes(one, *[(0.0, 0.0)] * 5) == [pytest.approx(41.2)]
+
+
 def test_sources_that_are_added_are_decoded_and_the_others_go_on() -> None:
     one = decoder()
     both = [
