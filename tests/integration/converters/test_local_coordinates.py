@@ -241,6 +241,23 @@ def test_times_continue_past_midnight(convert: Convert) -> None:
     assert table["time_s"].to_list() == [86_398.0, 86_399.5, 86_400.5, 86_402.0]
 
 
+def test_a_fine_time_of_reception_continues_past_midnight(convert: Convert) -> None:
+    """Regression: the next second of 86 399 was rejected, as a time of 24 h."""
+    reports = [
+        adsb_021(86_390.5, None),
+        adsb_021(86_399.992, None, fine=(1, 0.001)),
+        adsb_021(0.0, None, fine=(2, 0.998)),
+        adsb_021(0.25, None, fine=(0, 0.251)),
+        # A reception time of 24 h and more is none, whatever its fraction.
+        adsb_021(86_401.0, None, fine=(0, 0.001)),
+    ]
+    table, report, _ = convert(block(21, *reports), options=("--edition", "021=2.4"))
+    assert table["time_s"].to_list() == pytest.approx(
+        [86_390.5, 86_400.001, 86_399.998, 86_400.251]
+    )
+    assert report["counts"]["rejected"] == 1
+
+
 def test_deviations_are_the_accuracy_of_a_position(convert: Convert) -> None:
     mlat = {"source": MULTILATERATION, "descriptor": MODE_S_MLAT, "local": (0, 0)}
     reports = [

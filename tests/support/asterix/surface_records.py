@@ -74,11 +74,18 @@ def reference_019(seconds: float, latitude_deg: float, longitude_deg: float) -> 
     return record(*items, (9, signed(40.0, 0.25, 16)))
 
 
-def adsb_021(seconds: float, quality: str | None, version: str | None = None) -> bytes:
-    """Write an ADS-B report of edition 2: items 090 and 210 in hexadecimal."""
+def adsb_021(
+    seconds: float,
+    quality: str | None,
+    version: str | None = None,
+    fine: tuple[int, float] | None = None,
+) -> bytes:
+    """Write an ADS-B report of edition 2: items 090 and 210 in hexadecimal, FSI and 074."""
     place = signed(41.3, 180.0 / 2**30, 32) + signed(2.1, 180.0 / 2**30, 32)
     items = [(1, MULTILATERATION), (2, "00"), (7, place), (11, "3c660c")]
     items.append((12, time_of_day(seconds)))
+    if fine is not None:
+        items.append((13, f"{fine[0] << 30 | round(fine[1] * 2**30):08x}"))
     if quality is not None:
         items.append((17, quality))
     if version is not None:

@@ -27,7 +27,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from multiradar_converters.asterix.decoding.aircraft_items import aircraft_data
-from multiradar_converters.asterix.decoding.bounds import LATITUDE_MAX_DEG
+from multiradar_converters.asterix.decoding.bounds import DAY_S, LATITUDE_MAX_DEG
 from multiradar_converters.asterix.decoding.position_quality import (
     sigma_of_adsb,
     sigma_of_deviations,
@@ -443,11 +443,14 @@ def _category_021(columns: Columns) -> Targets:
 
 
 def _reception_021(columns: Columns) -> Numbers:
-    """Return the time of the position: fine reception time, reception, applicability, sending."""
+    """Return the time of the position: fine reception time, reception, applicability, sending.
+
+    The second of the fine time may be that of the next or the previous day.
+    """
     coarse = columns.numbers("073")
     step = np.array([0.0, 1.0, -1.0, 0.0])[np.maximum(columns.integers("074", "FSI"), 0)]
     fine = np.floor(coarse) + step + columns.numbers("074", "TOMRP")
-    time = np.where(np.isnan(fine), coarse, fine)
+    time = np.where(np.isnan(fine) | (coarse >= DAY_S), coarse, fine % DAY_S)
     for other in ("071", "077"):
         time = np.where(np.isnan(time), columns.numbers(other), time)
     return time

@@ -17,6 +17,7 @@ from support.asterix.octets import block, north_mark, plot_001, plot_048, record
 from support.asterix.surface_records import (
     MODE_S_MLAT,
     MULTILATERATION,
+    adsb_021,
     mlat_020,
     reference_019,
     surface_010,
@@ -105,6 +106,12 @@ def test_inner_blanks_of_callsigns_are_kept_invalid_characters_are_not(
 def test_the_date_is_right_about_midnight(of_day: float, received: float, time: float) -> None:
     sent = datagrams((MIDNIGHT_S + received, block(48, plot_048(of_day))))
     assert times(decoder().decode(sent)) == [MIDNIGHT_S + time]
+
+
+def test_a_fine_time_is_right_about_midnight() -> None:
+    one = decoder(names={(107, "adsb"): "adsb"}, editions=parse_editions(["021=2.4"]))
+    reports = block(21, adsb_021(DAY_S - 0.008, None, fine=(1, 0.001)))
+    assert times(one.decode(datagrams((MIDNIGHT_S + 0.3, reports)))) == [MIDNIGHT_S + 0.001]
 
 
 @pytest.mark.parametrize("passed", [-1.5, 0.25, 2.5])
