@@ -1,8 +1,9 @@
 """System tracks (062) of another SDPS, as a reference: `system_tracks.parquet`.
 
 time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
-callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080 ·
-ground status 080/SFC, 380/COM, 380/SAB · accuracy 500/APC, else 500/APW · aircraft-derived data 380
+callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated), unless that is an
+altitude with QNH correction · state 080 · ground status 080/SFC, 380/COM, 380/SAB ·
+accuracy 500/APC, else 500/APW · aircraft-derived data 380
 """
 
 import numpy as np
@@ -64,6 +65,7 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
     """
     east, north = columns.numbers("185", "VX"), columns.numbers("185", "VY")
     measured, calculated = columns.numbers("136"), columns.numbers("135", "CTB")
+    calculated[columns.flags("135", "QNH")] = np.nan
     doubtful = columns.flags("060", "G") | columns.flags("060", "V")
     callsign = columns.integers("245", "CHR")
     values: dict[str, Numbers | Integers] = {

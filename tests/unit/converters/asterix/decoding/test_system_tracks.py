@@ -1,4 +1,4 @@
-"""Accuracies of system tracks: item 062/500."""
+"""Accuracies and heights of system tracks: items 062/500, 135 and 136."""
 
 from pathlib import Path
 
@@ -13,17 +13,15 @@ from support.asterix.octets import block, record
 PLACE = (5, "00aaaaab 00000000")
 
 
-def sigma_of(tmp_path: Path, accuracies: str | None) -> float | None:
-    items = [(1, "0a0b"), (4, "384000"), PLACE, (12, "0007"), (13, "00")]
-    if accuracies is not None:
-        items.append((27, accuracies))
+def value_of(tmp_path: Path, column: str, *more: tuple[int, str]) -> float | None:
+    items = [(1, "0a0b"), (4, "384000"), PLACE, (12, "0007"), (13, "00"), *more]
     path = tmp_path / "tracks.ast"
     path.write_bytes(block(62, record(*items)) * 3)
     ((_, table),) = gather(read_blocks(path), Editions()).tracks
     assert len(table) == 3
-    (sigma,) = table["position_sigma_m"].unique()
-    assert sigma is None or isinstance(sigma, float)
-    return sigma
+    (value,) = table[column].unique()
+    assert value is None or isinstance(value, float)
+    return value
 
 
 @pytest.mark.parametrize(
@@ -42,5 +40,27 @@ def sigma_of(tmp_path: Path, accuracies: str | None) -> float | None:
 def test_the_accuracy_of_a_position_is_the_root_of_the_sum_of_both_variances(
     tmp_path: Path, accuracies: str | None, sigma_m: float | None
 ) -> None:
-    found = sigma_of(tmp_path, accuracies)
+    items = [] if accuracies is None else [(27, accuracies)]
+    found = value_of(tmp_path, "position_sigma_m", *items)
     assert found == (None if sigma_m is None else pytest.approx(sigma_m, rel=1e-5))
+
+
+@pytest.mark.parametrize(
+    ("items", "height_m"),
+    [
+        ([(17, "0078"), (19, "0080")], 30.0 * 30.48),
+        ([(19, "0080")], 32.0 * 30.48),
+        ([(19, "7ffc")], -30.48),
+        # An altitude with QNH correction, 2375 ft, is none: negative ones too.
+        ([(19, "805f")], None),
+        ([(19, "fffc")], None),
+        ([(17, "0078"), (19, "805f")], 30.0 * 30.48),
+        ([], None),
+    ],
+)
+def test_the_height_is_a_flight_level(
+    tmp_path: Path, items: list[tuple[int, str]], height_m: float | None
+) -> None:
+    """Regression: an altitude with QNH correction was a flight level."""
+    found = value_of(tmp_path, "height_m", *items)
+    assert found == (None if height_m is None else pytest.approx(height_m))
