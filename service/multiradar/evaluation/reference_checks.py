@@ -8,10 +8,12 @@ import polars as pl
 
 from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.update_errors import UpdateErrors
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
 from multiradar.evaluation.overlap import cut_short, mostly_unknown, outside, rarely_matched
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, RowCounts, Tracks
 from multiradar_schemas.measurements.units import FOOT_M
+from multiradar_schemas.sensors.sensor import Sensor
 
 #: Fraction of the updates by radars that have a plot at their time in the recording of the tracks.
 SAME_MIN = 0.5
@@ -64,7 +66,9 @@ def poorly_matched(
     return found
 
 
-def of_another_recording(tracks: Tracks, measured: pl.DataFrame, given: Path) -> list[str]:
+def of_another_recording(
+    tracks: Tracks, measured: pl.DataFrame, sensors: Sequence[Sensor], given: Path
+) -> list[str]:
     """Return what is wrong if measurements are not those from which tracks were formed.
 
     Parameters
@@ -73,6 +77,8 @@ def of_another_recording(tracks: Tracks, measured: pl.DataFrame, given: Path) ->
         The tracks.
     measured : DataFrame
         Columns ``time_s`` and ``sensor_id`` of a recording.
+    sensors : sequence of Sensor
+        Sensors of the tracks, as far as known.
     given : Path
         The recording, for the message.
 
@@ -82,11 +88,12 @@ def of_another_recording(tracks: Tracks, measured: pl.DataFrame, given: Path) ->
         Empty where at least `SAME_MIN` of the updates by sensors of the recording, or of all
         updates if it has none of their sensors, have a measurement at their time.
     """
-    key = ["time_s", "sensor_id"]
-    updates = pl.DataFrame({name: getattr(tracks, name)[tracks.measured] for name in key})
+    used = tracks.measured
+    updates = pl.DataFrame({UPDATE_TIME: tracks.time_s[used], "sensor_id": tracks.sensor_id[used]})
+    measured = with_update_times(measured, sensors)
     theirs, own = (sorted(one["sensor_id"].unique().to_list()) for one in (measured, updates))
     known = updates.filter(pl.col("sensor_id").is_in(theirs))
-    share = len(known.join(measured, on=key, how="semi")) / max(len(known), 1)
+    share = len(known.join(measured, on=updates.columns, how="semi")) / max(len(known), 1)
     if not own or share >= SAME_MIN:
         return []
     return [

@@ -32,6 +32,8 @@ SPEED_MAX_MPS, TIME_ERROR_S = 600.0, 3.0
 CHAIN_MIN = 3
 #: Chains that may be continued; of more, the longest ones.
 OPEN_MAX = 16
+#: A name of more chains is not that of one aircraft; each of them is compared with all.
+CHAINS_MAX = 1000
 #: Rows farther from the centre of the reference do not fit on one plane, degrees.
 FAR_DEG = 55.0
 #: Optional columns with the location of each row: the index in its table, or a line of a file.
@@ -135,6 +137,12 @@ def _rejected(frame: pl.DataFrame, row: int, reason: str, source: str) -> Reject
     return RejectedRow(source, None, place, name, reason)
 
 
+_MANY_CHAINS = (
+    f"the positions under this name are on more than {CHAINS_MAX} paths between which no aircraft "
+    "can fly: several aircraft with one name (an anonymised address?), or times in another unit"
+)
+
+
 # Rows sorted by aircraft and time; directions are unit vectors. Returns the reason by row.
 def _unreachable(aircraft: Indices, time_s: Floats, direction: Floats) -> dict[int, str]:
     same = np.diff(aircraft) == 0
@@ -147,6 +155,9 @@ def _unreachable(aircraft: Indices, time_s: Floats, direction: Floats) -> dict[i
         wrong = _wrong_rows(
             np.append(0, cuts), np.append(cuts, end - first), time_s[own], direction[own]
         )
+        if wrong is None:
+            reasons |= dict.fromkeys(range(first, end), _MANY_CHAINS)
+            continue
         good = np.flatnonzero(~wrong)
         for row in np.flatnonzero(wrong).tolist():
             near = int(good[np.argmin(np.abs(good - row))])
@@ -154,8 +165,9 @@ def _unreachable(aircraft: Indices, time_s: Floats, direction: Floats) -> dict[i
     return reasons
 
 
-def _wrong_rows(begin: Indices, end: Indices, time_s: Floats, direction: Floats) -> Flags:
-    # Runs of reachable rows, begin to end; a chain is a list of runs, named by their numbers.
+def _wrong_rows(begin: Indices, end: Indices, time_s: Floats, direction: Floats) -> Flags | None:
+    # Runs of reachable rows, begin to end; a chain is a list of runs, named by their numbers. None
+    # if there are too many.
     chains: list[list[int]] = []
     rows: list[int] = []
     still_open: list[int] = []
@@ -167,6 +179,8 @@ def _wrong_rows(begin: Indices, end: Indices, time_s: Floats, direction: Floats)
             # Those that may be continued are ordered by length.
             chains[joined[0]].append(run)
             rows[joined[0]] += int(end[run]) - first
+        elif len(chains) == CHAINS_MAX:
+            return None
         else:
             still_open.append(len(chains))
             chains.append([run])

@@ -26,6 +26,7 @@ from multiradar.evaluation.measures.update_errors import (
     aircraft_of_updates,
     errors_of_updates,
 )
+from multiradar.evaluation.measures.update_times import with_update_times
 from multiradar.evaluation.presets import Evidence, PresetResult, evaluate_presets
 from multiradar.evaluation.sensor_differences import SensorDifference, sensor_differences
 from multiradar.evaluation.settings import EvaluationSettings
@@ -161,6 +162,7 @@ def evaluate(
     ].copy()
     on_track = None
     if plots is not None:
+        plots = with_update_times(plots, sensors)
         first = first_plots(reference, plots)
         expected[list(first)] = list(first.values())
         on_track = plots_on_the_right_track(tracks, reference, aircraft, plots)

@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
 from multiradar.evaluation.smoothing.plot_positions import without_biases
 from multiradar.evaluation.smoothing.reference import biases_at
 from multiradar.evaluation.trajectories import (
@@ -103,19 +104,20 @@ def sensor_differences(
     used = np.flatnonzero(tracks.measured & (aircraft >= 0))
     updates = pl.DataFrame(
         {
-            "time_s": tracks.time_s[used],
+            UPDATE_TIME: tracks.time_s[used],
             "sensor_id": tracks.sensor_id[used],
             "aircraft": aircraft[used],
         }
     )
-    single = plots.filter(pl.len().over("time_s", "sensor_id") == 1)
+    plots = with_update_times(plots, sensors)
+    single = plots.filter(pl.len().over(UPDATE_TIME, "sensor_id") == 1)
     found: list[SensorDifference] = []
     for sensor in sensors:
         if sensor.kind != "radar":
             continue
         own = pl.col("sensor_id").is_in(sorted(sensor.all_names()))
         rows = single.filter(own).join(
-            updates.filter(own).drop("sensor_id"), on="time_s", maintain_order="left"
+            updates.filter(own).drop("sensor_id"), on=UPDATE_TIME, maintain_order="left"
         )
         found += _differences(sensor, rows, reference, biases)
     return found
@@ -129,26 +131,36 @@ def _differences(
         for name in ("time_s", "range_m", "azimuth_deg", "height_m")
     )
     aircraft = rows["aircraft"].to_numpy()
-    known = positions_at(reference, aircraft, time_s)
-    height_m = np.where(np.isfinite(known.height_m), known.height_m, plot_height_m)
-    whole = np.isfinite(known.position_m[:, 0] + height_m + range_m + azimuth_deg)
-    if not whole.any():
-        return []
-    latitude, longitude = reference.plane.to_geodetic(*known.position_m[whole].T)
-    true_m, true_deg, sine = _seen_from(sensor, latitude, longitude, height_m[whole])
-    measured = range_m[whole], azimuth_deg[whole], time_s[whole]
-    free = without_biases(*measured, biases_at(sensor, measured[2], biases))
-    level = np.abs(sine) <= SINE_MAX
+    measured = range_m, azimuth_deg, time_s
+    free = without_biases(*measured, biases_at(sensor, time_s, biases))
+    # At the stamped time, and at the time that the estimated offset of the clock leaves.
+    stamped = _true_plots(sensor, reference, aircraft, time_s, plot_height_m)
+    shifted = _true_plots(sensor, reference, aircraft, free[2], plot_height_m)
+    whole = np.isfinite(range_m + azimuth_deg + stamped[0] + shifted[0])
+    level = whole & (np.abs(stamped[2]) <= SINE_MAX)
     found = []
-    for name, number, true in (("range_m", 0, true_m), ("azimuth_deg", 1, true_deg)):
-        difference, rest = measured[number] - true, free[number] - true
+    for number, name in enumerate(("range_m", "azimuth_deg")):
+        difference, rest = measured[number] - stamped[number], free[number] - shifted[number]
         if name == "azimuth_deg":
             difference, rest = ((one + 180.0) % 360.0 - 180.0 for one in (difference, rest))
         if level.any():
-            found.append(
-                _summary(sensor.id, name, aircraft[whole][level], difference[level], rest[level])
-            )
+            found.append(_summary(sensor.id, name, aircraft[level], difference[level], rest[level]))
     return found
+
+
+# Range, azimuth and sine of the elevation of the reference at the radar; NaN where it is unknown.
+def _true_plots(
+    sensor: Sensor, reference: Reference, aircraft: Indices, time_s: Floats, plot_height_m: Floats
+) -> tuple[Floats, Floats, Floats]:
+    known = positions_at(reference, aircraft, time_s)
+    height_m = np.where(np.isfinite(known.height_m), known.height_m, plot_height_m)
+    whole = np.isfinite(known.position_m[:, 0] + height_m)
+    found = np.full((3, len(time_s)), np.nan)
+    if whole.any():
+        latitude, longitude = reference.plane.to_geodetic(*known.position_m[whole].T)
+        found[:, whole] = _seen_from(sensor, latitude, longitude, height_m[whole])
+    range_m, azimuth_deg, sine = found
+    return range_m, azimuth_deg, sine
 
 
 def _seen_from(

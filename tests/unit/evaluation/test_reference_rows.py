@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import InputError
-from multiradar.evaluation.reference_rows import OPEN_MAX, screened
+from multiradar.evaluation.reference_rows import CHAINS_MAX, OPEN_MAX, screened
 from multiradar.evaluation.tables import reference_of_reports
 
 NUMBERS = ("time_s", "latitude_deg", "longitude_deg")
@@ -100,6 +100,19 @@ def test_flights_that_follow_each_other_under_one_name_are_kept() -> None:
 def test_a_flight_faster_than_any_is_kept() -> None:
     # No row contradicts the others.
     assert rejected(flight(30, step_s=10.0, speed_mps=1500.0)) == []
+
+
+def test_many_aircraft_under_one_name_are_rejected_together() -> None:
+    """Forty aircraft in turn, each a degree from the next."""
+    many = [
+        ("000000", float(k), 5.0 + k % 40, 8.0 + 1e-5 * k) for k in range(OPEN_MAX + CHAINS_MAX * 2)
+    ]
+    others = flight(20)
+    assert rejected([*others, *many]) == list(range(20, 20 + len(many)))
+    _, counts = screened(table([*others, *many]), NUMBERS, "m.parquet")
+    assert f"on more than {CHAINS_MAX} paths" in str(counts.rejects[0])
+    few = many[: CHAINS_MAX // 2]
+    assert 0 < len(rejected([*others, *few])) < len(few)
 
 
 def test_late_reports_of_a_second_receiver_are_kept() -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import polars as pl
 
+from multiradar.evaluation.measures.update_times import UPDATE_TIME
 from multiradar.evaluation.trajectories import Indices, Reference, Tracks
 
 
@@ -20,8 +21,8 @@ def plots_on_the_right_track(
     aircraft : (n,) int64
         Aircraft of the track at each update; −1 for none.
     plots : DataFrame
-        `time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one time, the
-        plot of an update is ambiguous, and they are skipped.
+        `update_time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one
+        time, the plot of an update is ambiguous, and they are skipped.
 
     Returns
     -------
@@ -30,18 +31,17 @@ def plots_on_the_right_track(
         plot's aircraft, and all.
     """
     names = {str(name): number for number, name in enumerate(reference.names)}
-    single = plots.filter(pl.len().over("time_s", "sensor_id") == 1).drop_nulls(["name"])
+    key = [UPDATE_TIME, "sensor_id"]
+    single = plots.filter(pl.len().over(key) == 1).drop_nulls(["name"])
     measured = np.flatnonzero(tracks.measured & (aircraft >= 0))
     updates = pl.DataFrame(
         {
-            "time_s": tracks.time_s[measured],
+            UPDATE_TIME: tracks.time_s[measured],
             "sensor_id": tracks.sensor_id[measured],
             "aircraft": aircraft[measured],
         }
     )
-    both = updates.join(
-        single.select("time_s", "sensor_id", "name"), on=["time_s", "sensor_id"], how="inner"
-    )
+    both = updates.join(single.select(*key, "name"), on=key, how="inner")
     of = np.array([names.get(name, -1) for name in both["name"]], np.int64)
     known = of >= 0
     return int(np.sum(both["aircraft"].to_numpy()[known] == of[known])), int(known.sum())
@@ -55,7 +55,7 @@ def first_plots(reference: Reference, plots: pl.DataFrame) -> dict[int, float]:
     reference : Reference
         Its names are those used in the plots.
     plots : DataFrame
-        `time_s` and `name` of plots.
+        `update_time_s` and `name` of plots.
 
     Returns
     -------
@@ -63,5 +63,5 @@ def first_plots(reference: Reference, plots: pl.DataFrame) -> dict[int, float]:
         Time by index of the aircraft, for those that have plots.
     """
     names = {str(name): number for number, name in enumerate(reference.names)}
-    first = plots.drop_nulls(["name"]).group_by("name").agg(pl.col("time_s").min())
+    first = plots.drop_nulls(["name"]).group_by("name").agg(pl.col(UPDATE_TIME).min())
     return {names[name]: time_s for name, time_s in first.iter_rows() if name in names}

@@ -19,7 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from multiradar.evaluation.smoothing.motion_modes import MotionModes
-from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, Smoothed, smooth
+from multiradar.evaluation.smoothing.single_mode import (
+    PositionMeasurements,
+    Smoothed,
+    chunks,
+    smooth,
+)
 from multiradar.evaluation.trajectories import Flags, Floats, Indices
 
 #: Prior standard deviation of each component of the velocity, m/s.
@@ -31,8 +36,9 @@ _PROBABILITY_MIN = 1e-9
 #: Gain of the running mean of half the normalised innovation squared (NIS); the mean above which
 #: process noise is added to all modes, its density (m²/s³) for each factor above 1, maximum factor.
 _NIS_GAIN, _NIS_FLOOR, _NIS_DENSITY, _FACTOR_MAX = 0.4, 3.0, 256.0, 300.0
-#: Number of aircraft smoothed together.
-_CHUNK = 16
+#: Number of aircraft smoothed together, and of their steps in memory at once: with 16 biases and
+#: eight modes, 20 kB each.
+_AIRCRAFT_MAX, _STEPS_MAX = 16, 16_384
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,10 +95,7 @@ def smooth_modes(
     state, covariance = np.full((count, 4), np.nan), np.full((count, 2, 2), np.nan)
     first = np.flatnonzero(np.append(True, np.diff(selected.aircraft) != 0)[: len(rows)])
     length = np.diff(np.append(first, len(rows)))
-    # Aircraft with similar numbers of positions together: little padding.
-    order = np.argsort(length, kind="stable")
-    for begin in range(0, len(order), _CHUNK):
-        chosen = order[begin : begin + _CHUNK]
+    for chosen in chunks(length, _AIRCRAFT_MAX, _STEPS_MAX):
         steps = np.arange(int(length[chosen].max()))
         # Padding: beyond its end an aircraft keeps its last position, without measuring it.
         row = first[chosen, None] + np.minimum(steps, length[chosen, None] - 1)
@@ -147,19 +150,40 @@ class _Chunk:
         """Return states (a, s, 4) and covariances of positions (a, s, 2, 2)."""
         many, steps = self._live.shape
         state, covariance = np.empty((many, steps, 4)), np.empty((many, steps, 2, 2))
-        now, transitions = self._begin(), []
-        for step in range(1, steps):
-            transition = self._predict(now, self._step_s[:, step])
-            transitions.append(transition)
-            now = self._update(transition.ahead, step)
-        for step in range(steps - 1, -1, -1):
-            mean, spread = now.merged(now.probability[..., None])
-            bias = mean[:, 0, :2, 1:]
-            state[:, step] = mean[:, 0, :, 0]
-            covariance[:, step] = spread[:, 0, :2, :2] + bias @ self._bias @ bias.swapaxes(1, 2)
-            if step:
-                now = _earlier(transitions[step - 1], now)
+        # Only the states at the start of each block are kept: its transitions are computed again
+        # when the smoother gets there.
+        block = max(_STEPS_MAX // many, 1)
+        now = self._begin()
+        starts = [(now, self._mean_nis.copy())]
+        for end in range(block, steps, block):
+            now, _ = self._filter(now, end - block, end)
+            starts.append((now, self._mean_nis.copy()))
+        later: _Mixture | None = None
+        for number, (start, mean_nis) in reversed([*enumerate(starts)]):
+            first, last = number * block, min((number + 1) * block, steps - 1)
+            self._mean_nis = mean_nis
+            now, transitions = self._filter(start, first, last)
+            now = now if later is None else later
+            for step in range(last, first, -1):
+                state[:, step], covariance[:, step] = self._merged(now)
+                now = _earlier(transitions[step - first - 1], now)
+            later = now
+        state[:, 0], covariance[:, 0] = self._merged(now)
         return state, covariance
+
+    # Filter the positions after the first step, up to the last one.
+    def _filter(self, now: _Mixture, first: int, last: int) -> tuple[_Mixture, list[_Transition]]:
+        transitions = []
+        for step in range(first + 1, last + 1):
+            transitions.append(self._predict(now, self._step_s[:, step]))
+            now = self._update(transitions[-1].ahead, step)
+        return now, transitions
+
+    # Over all modes: states, and covariances of positions with the errors of the biases.
+    def _merged(self, now: _Mixture) -> tuple[Floats, Floats]:
+        mean, spread = now.merged(now.probability[..., None])
+        bias = mean[:, 0, :2, 1:]
+        return mean[:, 0, :, 0], spread[:, 0, :2, :2] + bias @ self._bias @ bias.swapaxes(1, 2)
 
     def _begin(self) -> _Mixture:
         many, count = len(self._live), len(self._modes)

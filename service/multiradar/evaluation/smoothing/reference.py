@@ -36,6 +36,8 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.measurements.columns import POSITION_SIGMA
 from multiradar_schemas.sensors.sensor import Sensor
 
+#: Increase of the sigma of a constant bias at a jump, at least.
+_JUMP_RATIO = 2.0
 #: Minimum number of positions of a trajectory.
 POSITIONS_MIN = 5
 #: Motion models of the smoother.
@@ -282,7 +284,8 @@ def biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> 
     time_s : (n,) float64
         Times.
     biases : sequence of BiasHistory
-        Estimates: the last one, or that at each time for a drifting bias.
+        Estimates: for a drifting bias that at each time, else the last one, or the last one before
+        the next jump of the bias.
 
     Returns
     -------
@@ -295,13 +298,20 @@ def biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> 
         for history in biases:
             if (history.sensor_id, history.parameter) != (sensor.id, one.parameter):
                 continue
-            drifts = one.drift > 0.0
             found[one.parameter] = (
                 np.interp(time_s, history.time_s, history.estimate)
-                if drifts
-                else np.full(len(time_s), history.estimate[-1])
+                if one.drift > 0.0
+                else _constant_between_jumps(history, time_s)
             )
     return found
+
+
+# The sigma of a constant bias never increases but where the tracker detects a jump.
+def _constant_between_jumps(history: BiasHistory, time_s: Floats) -> Floats:
+    begins = 1 + np.flatnonzero(history.sigma[1:] > _JUMP_RATIO * history.sigma[:-1])
+    lasts = np.append(begins, len(history.sigma)) - 1
+    of = np.searchsorted(history.time_s[begins], time_s, side="right")
+    return np.asarray(history.estimate[lasts][of])
 
 
 def _noise(

@@ -4,6 +4,7 @@ Constant velocity with white acceleration on each axis of the plane. The state o
 (east, north, east velocity, north velocity).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +17,8 @@ _VELOCITY_PRIOR_MPS = 300.0
 _OUTLIER = 33.6
 #: After this many consecutive outliers the next position is accepted.
 _OUTLIERS_MAX = 3
-#: Number of aircraft smoothed together.
-_CHUNK = 256
+#: Number of aircraft smoothed together, and of their steps in memory at once, 0.4 kB each.
+_AIRCRAFT_MAX, _STEPS_MAX = 256, 262_144
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,15 +132,38 @@ def _run(measured: PositionMeasurements, density: float, *, gated: bool) -> Smoo
     )
     first = np.flatnonzero(np.append(True, np.diff(measured.aircraft) != 0)[:count])
     length = np.diff(np.append(first, count))
-    # Aircraft with similar numbers of positions together: little padding.
-    order = np.argsort(length, kind="stable")
-    for begin in range(0, len(order), _CHUNK):
-        chosen = order[begin : begin + _CHUNK]
+    for chosen in chunks(length, _AIRCRAFT_MAX, _STEPS_MAX):
         steps = np.arange(int(length[chosen].max()))
         # Padding: beyond its end an aircraft keeps its last position, without measuring it.
         row = first[chosen, None] + np.minimum(steps, length[chosen, None] - 1)
         _Chunk(measured, row, steps < length[chosen, None], density).run(found, gated=gated)
     return found
+
+
+def chunks(length: Indices, aircraft_max: int, steps_max: int) -> Iterator[Indices]:
+    """Divide aircraft into those that are smoothed together.
+
+    Parameters
+    ----------
+    length : (k,) int64
+        Number of positions of each aircraft.
+    aircraft_max, steps_max : int
+        Maximum number of aircraft together, and of their steps, padded to the longest; a longer
+        aircraft is alone.
+
+    Yields
+    ------
+    (j,) int64
+        Indices of aircraft with similar numbers of positions: little padding.
+    """
+    order = np.argsort(length, kind="stable")
+    begin = 0
+    while begin < len(order):
+        padded = np.arange(1, aircraft_max + 1)[: len(order) - begin]
+        padded = padded * length[order[begin : begin + aircraft_max]]
+        end = begin + max(int(np.count_nonzero(padded <= steps_max)), 1)
+        yield order[begin:end]
+        begin = end
 
 
 class _Chunk:

@@ -279,12 +279,12 @@ def _of_other_recordings(
         radars = [] if rows is None else rows.filter(kind="radar")["sensor_id"].unique().to_list()
         found += of_other_sensors(tracks, radars, names, chosen.sensors)
     if chosen.measurements is not None and rows is not None:
-        found += of_another_recording(tracks, rows, chosen.measurements)
+        found += of_another_recording(tracks, rows, sensors, chosen.measurements)
     elif chosen.smoothed is not None and rows is not None:
         # Measurements of other sensors alone are a reference, too.
         used = set(tracks.sensor_id[tracks.measured].tolist())
         if used & set(rows["sensor_id"].unique().to_list()):
-            found += of_another_recording(tracks, rows, chosen.smoothed)
+            found += of_another_recording(tracks, rows, sensors, chosen.smoothed)
     return found
 
 

@@ -275,7 +275,7 @@ def read_smoothed(
     biases = bias_tables(tracks, None)
     claimed: dict[str, float | str] = {"sensors": str(sensors), "smoother": smoother}
     if frame.select(aircraft_name()).to_series().null_count() == len(frame):
-        frame = named_by_tracks(frame, tracks)
+        frame = named_by_tracks(frame, known_sensors, tracks)
         claimed["identity"] = "tracks"
     made = smoothed_reference(
         frame,

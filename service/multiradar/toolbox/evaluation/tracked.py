@@ -1,5 +1,6 @@
 """Tables of evaluated tracks, their sensors, and the coverage of these."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -7,10 +8,12 @@ import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import TRACK_COLUMNS, tracks_of
 from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
 from multiradar_schemas.documents.contents import no_such, other_table, unreadable
+from multiradar_schemas.sensors.sensor import Sensor
 
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
@@ -182,13 +185,17 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
         raise InputError(unreadable(path, what, error)) from error
 
 
-def named_by_tracks(measurements: pl.DataFrame, given: Path) -> pl.DataFrame:
+def named_by_tracks(
+    measurements: pl.DataFrame, sensors: Sequence[Sensor], given: Path
+) -> pl.DataFrame:
     """Name measurements without identity by the confirmed tracks that they updated.
 
     Parameters
     ----------
     measurements : DataFrame
         Rows of `measurements.parquet`.
+    sensors : sequence of Sensor
+        Their sensors.
     given : Path
         The folder that `track` made, or its `tracks.parquet`.
 
@@ -203,20 +210,21 @@ def named_by_tracks(measurements: pl.DataFrame, given: Path) -> pl.DataFrame:
     InputError
         The tracks cannot be used, or none of the measurements updated them.
     """
-    key = ("time_s", "sensor_id")
+    key = (UPDATE_TIME, "sensor_id")
     path, frame = _tracks_table(given)
     missing = [name for name in TRACK_COLUMNS if name not in frame.columns]
     if missing:
         raise MissingColumnError(
             str(path), missing, frame.columns, other_table(frame.columns, missing)
         )
-    updates = frame.filter(pl.col("state") == "confirmed").filter(pl.len().over(key) == 1)
-    named = measurements.drop("track_number").join(
+    updates = frame.filter(pl.col("state") == "confirmed").rename({"time_s": UPDATE_TIME})
+    updates = updates.filter(pl.len().over(key) == 1)
+    named = with_update_times(measurements, sensors).drop("track_number").join(
         updates.select(*key, pl.col("track_id").cast(pl.Int64).alias("track_number")),
         on=key, how="left", maintain_order="left",
     )  # fmt: skip
     number = pl.when(pl.len().over(key) == 1).then("track_number")
-    named = named.with_columns(number.alias("track_number"))
+    named = named.with_columns(number.alias("track_number")).drop(UPDATE_TIME)
     if named["track_number"].null_count() == len(named):
         msg = (
             "--smoothed requires measurements with identity: none has a track number or a Mode S "

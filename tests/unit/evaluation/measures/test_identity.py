@@ -8,6 +8,7 @@ from multiradar.evaluation.instants import Instants, assign_tracks
 from multiradar.evaluation.measures.identity import identity_over_time
 from multiradar.evaluation.measures.plots_on_tracks import plots_on_the_right_track
 from multiradar.evaluation.measures.siap import siap
+from multiradar.evaluation.measures.update_times import UPDATE_TIME
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, Tracks
 from support.scenarios.skies import Row, reference_of, straight, tracks_of
@@ -91,7 +92,7 @@ def test_plots_are_counted_by_the_aircraft_of_their_track() -> None:
     aircraft = np.array([0, 0, 0, 1, 0, 1, -1])
     plots = pl.DataFrame(
         {
-            "time_s": [0.0, 1.0, 2.0, 2.0],
+            UPDATE_TIME: [0.0, 1.0, 2.0, 2.0],
             "sensor_id": ["radar"] * 4,
             # The plots at 2 s are ambiguous.
             "name": ["east", "east", "west", "east"],

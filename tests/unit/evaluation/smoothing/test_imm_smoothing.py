@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from multiradar.evaluation.smoothing import multiple_modes, single_mode
 from multiradar.evaluation.smoothing.motion_modes import MotionModes, civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smooth_modes
-from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, smooth
+from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, chunks, smooth
 
 Floats = NDArray[np.float64]
 DENSITY = 5.0
@@ -50,6 +51,38 @@ def straight(count: int, seed: int, aircraft: int = 0) -> PositionMeasurements:
     draw = generator(seed)
     time_s = np.cumsum(draw.uniform(0.0, 5.0, count))
     return simulated(np.array([180.0, -90.0]) * time_s[:, None], time_s, draw, aircraft)
+
+
+@pytest.mark.parametrize(("steps_max", "kept_max"), [(1, 3), (8, 8), (41, 41), (10_000, 120)])
+def test_the_bound_of_memory_does_not_change_the_result(
+    monkeypatch: pytest.MonkeyPatch, steps_max: int, kept_max: int
+) -> None:
+    measured = joined(straight(40, 1), straight(7, 2, 1), straight(3, 3, 2))
+    expected = smooth_modes(measured, RESTLESS, DENSITY)
+    whole, kept = multiple_modes._Chunk._filter, []
+
+    def filtered(chunk: Any, now: Any, first: int, last: int) -> Any:
+        kept.append(len(chunk._live) * (last - first))
+        return whole(chunk, now, first, last)
+
+    monkeypatch.setattr(multiple_modes._Chunk, "_filter", filtered)
+    for module in (single_mode, multiple_modes):
+        monkeypatch.setattr(module, "_STEPS_MAX", steps_max)
+    found = smooth_modes(measured, RESTLESS, DENSITY)
+    assert 0 < max(kept) <= kept_max
+    assert found.used.tolist() == expected.used.tolist()
+    # Sums over more aircraft are rounded in another order.
+    assert found.state == pytest.approx(expected.state, rel=1e-6, abs=1e-4)
+    covariance_m2 = expected.position_covariance_m2
+    assert found.position_covariance_m2 == pytest.approx(covariance_m2, rel=1e-6, abs=1e-4)
+
+
+def test_aircraft_smoothed_together_are_few_and_their_padded_steps_bounded() -> None:
+    length = np.array([5, 100, 7, 6, 3, 1000])
+    found = [one.tolist() for one in chunks(length, 3, 21)]
+    assert found == [[4, 0, 3], [2], [1], [5]]
+    assert [one.tolist() for one in chunks(length, 2, 1200)] == [[4, 0], [3, 2], [1], [5]]
+    assert list(chunks(length[:0], 2, 10)) == []
 
 
 def test_identical_modes_give_the_single_mode_smoother() -> None:
