@@ -42,6 +42,8 @@ HOUR_S = 3600
 DAY_S = 86_400.0
 STATE_FILE = "state.json"
 STATE_VERSION = 1
+# Longer spans are met by the hours that exist: a span without a begin has 28 million hours.
+_NAMED_HOURS_MAX = 24
 
 _HOUR = re.compile(r"-?\d{4,}-\d\d-\d\dT\d\d")
 _PART = re.compile(r"(\d{8,})-(\d{4})-(\d{4})\.parquet")
@@ -120,7 +122,10 @@ def parts_of(hour: Hour, table: str) -> list[Part]:
 def parts_between(folder: Path, table: str, after_s: float, until_s: float) -> list[Path]:
     """Return the parts of a table that may have rows of a span of time, by hour and write."""
     first, last = (int(one // HOUR_S) for one in (after_s, until_s))
-    hours = (Hour(one, folder / hour_name(one)) for one in range(first, last + 1))
+    if last - first < _NAMED_HOURS_MAX:
+        hours = [Hour(one, folder / hour_name(one)) for one in range(first, last + 1)]
+    else:
+        hours = [one for one in hours_of(folder) if first <= one.number <= last]
     return [
         part.path
         for hour in hours

@@ -19,6 +19,7 @@ from multiradar.runtime.offline.offline_job import (
 from multiradar.runtime.offline.offline_report import REPORT_FILE
 from multiradar.runtime.picture.past import ENDING_S, PATH_S
 from multiradar.runtime.picture.past_sensors import SILENT_S
+from multiradar.runtime.queries.deadline import check_deadline
 from multiradar.runtime.recorded.history_files import (
     BLOCK_ROWS,
     HOUR_S,
@@ -98,11 +99,18 @@ class HistoryReader:
     def rows(
         self, name: str, subject: int | str, since_s: float, before_s: float, limit: int
     ) -> pl.DataFrame:
-        """Return the first rows of a track or a sensor in a span of time; see `PastFiles.rows`."""
+        """Return the first rows of a track or a sensor in a span of time; see `PastFiles.rows`.
+
+        Raises
+        ------
+        DeadlineError
+            The query takes too long.
+        """
         table = _TABLES[name]
         found = pl.DataFrame(schema=table.schema)
         # Part by part, so that a page of a long time does not read all of them.
         for path in parts_between(self._folder, table.file, since_s, before_s):
+            check_deadline()
             rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
                 table.file, table.schema.names()
             )

@@ -19,15 +19,19 @@ from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.registry import BIASES, TRANSITIONS, UPDATES
+from multiradar.runtime.recorded import history_files
 from multiradar.runtime.recorded.history import keep_history
 from multiradar.runtime.recorded.history_files import (
     STATE_FILE,
     HistoryFolder,
     HistoryState,
+    Hour,
+    Part,
     history_tables,
     hour_name,
     hours_of,
     parts_between,
+    parts_of,
     run_tables,
 )
 from multiradar.runtime.recorded.history_writer import (
@@ -42,6 +46,7 @@ from multiradar.storage.recording import Recording
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.measurements.measurement import TIME_MAX_S
 from support.inputs.picture_frames import decoded
 from support.processes.live_services import settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
@@ -237,9 +242,9 @@ def test_times_that_memory_has_lost_are_answered_from_the_history(
         track = int(view.tracks(at_s)["track_id"][0])
         asked = ((UPDATES, track), (TRANSITIONS, track), (BIASES, "41-10"))
         for history, subject in asked:
-            for limit in (7, 5000):
-                found = view.rows(history, subject, START_S, limit)
-                assert_frame_equal(found, reference.rows(history, subject, START_S, limit))
+            for limit, since_s in ((7, START_S), (5000, START_S), (5000, -TIME_MAX_S)):
+                found = view.rows(history, subject, since_s, limit)
+                assert_frame_equal(found, reference.rows(history, subject, since_s, limit))
 
 
 def test_a_time_that_is_not_retained_is_an_error_that_names_the_span(
@@ -368,11 +373,23 @@ def test_a_folder_of_other_files_is_no_history(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("after_s", "until_s", "expected"),
-    [(650.0, 1100.0, "2"), (600.0, 1200.0, "123"), (1300.0, 3605.0, "34"), (3700.0, 3900.0, "")],
-)
+    [
+        (650.0, 1100.0, "2"), (600.0, 1200.0, "123"), (1300.0, 3605.0, "34"), (3700.0, 3900.0, ""),
+        (-TIME_MAX_S, 1300.0, "123"), (1300.0, TIME_MAX_S, "34"),
+    ],
+)  # fmt: skip
 def test_only_the_parts_of_a_span_are_read(
-    tmp_path: Path, after_s: float, until_s: float, expected: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after_s: float, until_s: float, expected: str
 ) -> None:
+    """A page without a begin once looked into every hour since the year -1199."""
+    looked: list[int] = []
+
+    def counted(hour: Hour, table: str) -> list[Part]:
+        looked.append(hour.number)
+        assert len(looked) <= 2
+        return parts_of(hour, table)
+
+    monkeypatch.setattr(history_files, "parts_of", counted)
     parts = (0, "1-0000-0600"), (0, "2-0600-1200"), (0, "3-1200-1800"), (1, "4-0000-0010")
     for hour, name in parts:
         path = tmp_path / hour_name(hour) / "tracks" / f"0000000{name}.parquet"
