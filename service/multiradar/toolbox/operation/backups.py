@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 #: Files of the configuration in a backup.
 SENSORS_FILE, SETTINGS_FILE = "sensors.toml", "settings.toml"
 #: Sections of the settings on which the output, or the use of snapshots, depends.
-_SECTIONS = ("tracking", "runtime")
+_SECTIONS = ("tracking", "runtime", "region")
+# Addresses, which belong to the host.
+_ADDRESSES = frozenset({"listen", "endpoint"})
 
 
 def backup(
@@ -292,15 +294,31 @@ def configuration_difference(journal: Path, settings: "Settings") -> str:
     return f"{journal}: the journal was created with {other}"
 
 
-# The settings that differ from their defaults, as TOML; JSON values are TOML values.
+# The settings that differ from their defaults, as TOML.
 def _settings_text(settings: "Settings") -> str:
     lines = []
     for name in _SECTIONS:
         section = getattr(settings, name)
         defaults = type(section)().model_dump()
         given = {
-            key: value for key, value in section.model_dump().items() if value != defaults[key]
+            key: value
+            for key, value in section.model_dump().items()
+            if value != defaults[key] and key not in _ADDRESSES
         }
         if given:
-            lines += [f"[{name}]", *(f"{key} = {json.dumps(one)}" for key, one in given.items())]
+            lines += [f"[{name}]", *(f"{key} = {_toml(one)}" for key, one in given.items())]
     return "".join(f"{line}\n" for line in lines)
+
+
+# A value as TOML on one line; JSON values except objects are TOML values.
+def _toml(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, dict):
+        given = (
+            f"{key} = {_toml(one)}"
+            for key, one in value.items()
+            if one is not None and key not in _ADDRESSES
+        )
+        return f"{{{', '.join(given)}}}"
+    return json.dumps(value)

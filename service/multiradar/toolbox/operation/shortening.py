@@ -98,6 +98,7 @@ def _snapshots(journal: Path, fingerprint: str, settings: "Settings") -> "list[P
     from multiradar.runtime.live.processor import Processor
     from multiradar.runtime.live.publication import Publication
     from multiradar.runtime.live.snapshots import SnapshotRules, usable_snapshots, why_none
+    from multiradar.runtime.memory.regions.board import RegionBoard
     from multiradar.storage.snapshots import SnapshotFolder
     from multiradar.storage.sqlite.shortening import digests_of, marks_of
 
@@ -117,7 +118,11 @@ def _snapshots(journal: Path, fingerprint: str, settings: "Settings") -> "list[P
     rules = SnapshotRules(
         SnapshotFolder(journal), wanted.snapshot_interval_s, wanted.snapshot_rows, fingerprint
     )
-    kinds = {"engine": Engine, "processor": Processor, "publication": Publication}
+    kinds: dict[str, type] = {
+        "engine": Engine, "processor": Processor, "publication": Publication
+    }  # fmt: skip
+    if settings.region.name is not None:
+        kinds["regions"] = RegionBoard
     return usable_snapshots(
         rules, limits, kinds, marks_of(journal), lambda numbers: digests_of(journal, numbers)
     )

@@ -114,6 +114,31 @@ def test_the_settings_of_the_journal_are_in_the_backup(
     assert settings.server.port == load_settings().server.port
 
 
+def test_the_region_is_in_the_backup_without_addresses(sensors: Path, tmp_path: Path) -> None:
+    """Without it, a restored service ignored the messages of the neighbours in the journal."""
+    config = tmp_path / "service.toml"
+    config.write_text(
+        '[region]\nname = "west"\nlatitude_deg = 49.0\nlongitude_deg = 8.0\nmargin_m = 4e4\n'
+        'listen = ["tcp/127.0.0.1:7461"]\n'
+        '[[region.neighbours]]\nname = "east"\nlatitude_deg = 49.0\nlongitude_deg = 14.0\n'
+        'endpoint = "tcp/127.0.0.1:7462"\n'
+        '[[region.neighbours]]\nname = "north"\nlatitude_deg = 55.0\nlongitude_deg = 8.0\n'
+    )
+    state, out = _written(tmp_path / "state", sensors, config), tmp_path / "backup"
+    given = ["--sensors", str(sensors), "--config", str(config)]
+    assert run(["backup", str(state), str(out), *given]) == 0
+    expected, found = (load_settings(one).region for one in (config, out / "settings.toml"))
+    assert (found.listen, [one.endpoint for one in found.neighbours]) == ((), [None, None])
+    assert found == expected.model_copy(
+        update={
+            "listen": (),
+            "neighbours": tuple(
+                one.model_copy(update={"endpoint": None}) for one in expected.neighbours
+            ),
+        }
+    )
+
+
 def test_damage_is_named_with_status_1_and_nothing_is_written(
     state: Path, sensors: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
