@@ -91,8 +91,13 @@ class AsterixSender:
         self._tracking = tracking
         self._outlets = outlets
         self._cycles = self._begin()
-        # Nothing is sent twice: data times up to this are not sent.
-        self._silent_until_s = math.inf
+        # Nothing is sent before the first catch-up, and nothing twice: neither output up to an
+        # update, whose numbers are repeated when the engine restarts, nor, of the output after it,
+        # reports of the data time that had been reached at that update.
+        self._replaying = True
+        self._silent_until, self._silent_until_s = 0, -math.inf
+        # Last update since the engine was started.
+        self._update = 0
         self._failure: str | None = None
         self._thread = threading.Thread(target=self._run, name="asterix-output", daemon=True)
 
@@ -124,14 +129,12 @@ class AsterixSender:
     def step(self, fed: FeedItem) -> None:
         """Process the next output and send what is due."""
         if fed.restarted:
-            # Before the first catch-up nothing was sent.
-            self._silent_until_s = max(self._silent_until_s, self._cycles.reached_s)
-            self._cycles = self._begin()
+            self._restart()
         elif fed.set_back:
-            self._cycles = self._begin()
-            if self._silent_until_s < math.inf:
-                self._silent_until_s = -math.inf
+            self._set_back()
         elif fed.caught_up:
+            self._replaying = False
+            self._silent_until = max(fed.reached, self._update)
             self._silent_until_s = max(fed.reached_s, self._cycles.reached_s)
             # Losses during the replay of the journal affect no user.
             self._cycles.overloaded.clear()
@@ -160,17 +163,31 @@ class AsterixSender:
             self._feed.close()
             _log.exception("ASTERIX output has stopped")
 
+    def _restart(self) -> None:
+        if not self._is_silent:
+            self._silent_until, self._silent_until_s = self._update, self._cycles.reached_s
+        self._cycles, self._update = self._begin(), 0
+
+    def _set_back(self) -> None:
+        if not self._is_silent:
+            self._silent_until_s = -math.inf
+        self._cycles = self._begin()
+
+    @property
+    def _is_silent(self) -> bool:
+        return self._replaying or self._update < self._silent_until
+
     def _process(self, output: EngineOutput) -> None:
-        latest_s = output.updates.time_s.max(initial=-math.inf)
-        replaying = self._silent_until_s == math.inf
-        if replaying or -math.inf < latest_s <= self._silent_until_s:
+        self._update = int(output.updates.sequence.max(initial=self._update))
+        is_repeated = len(output.updates) and self._update <= self._silent_until
+        if self._replaying or is_repeated:
             self._cycles.absorb(output)
         else:
             self._send(self._cycles.push(output))
 
     def _send(self, reports: Iterator[ChannelBlocks]) -> None:
         for one in reports:
-            if one.time_s <= self._silent_until_s:
+            if self._is_silent or one.time_s <= self._silent_until_s:
                 continue
             if not self._outlets[one.channel].send(one.blocks):
                 self._cycles.overloaded.add(one.channel)

@@ -31,6 +31,8 @@ class FeedItem:
         Whether the following output is new: the journal has been replayed.
     reached_s : float
         With `caught_up`, the greatest data time of earlier output, s.
+    reached : int
+        With `caught_up`, the number of the last earlier update.
     sensors : SensorTable, optional
         The following output is of these sensors.
     """
@@ -41,6 +43,7 @@ class FeedItem:
     set_back: bool = False
     caught_up: bool = False
     reached_s: float = -math.inf
+    reached: int = 0
     sensors: SensorTable | None = None
 
 
@@ -79,7 +82,7 @@ class OutputFeed:
         self._rows = 0
         self._changed = threading.Condition()
         self._closed = False
-        self._reached_s = -math.inf
+        self._reached_s, self._reached = -math.inf, 0
         #: Discarded updates.
         self.dropped = 0
 
@@ -94,6 +97,7 @@ class OutputFeed:
             if self._closed:
                 return
             self._reached_s = float(output.updates.time_s.max(initial=self._reached_s))
+            self._reached = int(output.updates.sequence.max(initial=self._reached))
             lost = self._rows + len(output.updates) > self._rows_max
             if lost:
                 self._drop(output)
@@ -127,7 +131,8 @@ class OutputFeed:
     def catch_up(self) -> None:
         """Queue a notice that the following output is new."""
         with self._changed:
-            self._waiting.append(FeedItem(caught_up=True, reached_s=self._reached_s))
+            fed = FeedItem(caught_up=True, reached_s=self._reached_s, reached=self._reached)
+            self._waiting.append(fed)
             self._changed.notify()
 
     def pop(self) -> FeedItem | None:

@@ -122,6 +122,30 @@ def test_after_a_failure_of_the_engine_nothing_is_reported_twice() -> None:
     assert once.blocks[-1] == again.blocks[-1]
 
 
+@pytest.mark.parametrize("at", [3, 6, 8])
+def test_nothing_is_reported_twice_after_the_data_time_was_set_back(at: int) -> None:
+    """Times before the step back were taken for new ones, and everything since was sent again."""
+    engine = Engine(TABLE, TRACKING)
+    batches = [measurement_batch(frame, TABLE)[0] for frame in cut(recording(1000), [250] * 4)]
+    items = [FeedItem(engine.push(batch)) for batch in batches]
+    items += [FeedItem(engine.restart()), FeedItem(set_back=True)]
+    items += [FeedItem(engine.push(batch)) for batch in batches]
+    once, again, twice = MemorySink(), MemorySink(), MemorySink()
+    for sink, repeats in ((once, []), (again, [at]), (twice, [at // 2, at])):
+        sending, _ = sender(sink)
+        sending.step(FeedItem(caught_up=True))
+        for item in items[:at]:
+            sending.step(item)
+        for repeat in repeats:
+            sending.step(FeedItem(restarted=True))
+            for item in items[:repeat]:
+                sending.step(item)
+        for item in items[at:]:
+            sending.step(item)
+    assert len(once.blocks) == len(again.blocks) == len(twice.blocks) > 0
+    assert once.blocks[-1] == again.blocks[-1] == twice.blocks[-1]
+
+
 def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
     made = outputs(1200, 6)
     sink = MemorySink()

@@ -76,6 +76,7 @@ def test_the_end_of_the_replay_is_notified_across_a_restart() -> None:
     assert first is not None
     assert (first.caught_up, first.restarted) == (True, False)
     assert first.reached_s == outputs[0].updates.time_s.max()
+    assert first.reached == outputs[0].updates.sequence[-1]
     assert second is not None
     assert (second.caught_up, second.restarted) == (False, True)
 
