@@ -4,12 +4,15 @@
 links  Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (12, 14, 101, 228, 229), Linux cooked
        (113, 276), loopback of BSD (0, 108)
 IP     versions 4 and 6; fragments of a datagram are reassembled by source, destination and
-       identification; other extensions of version 6 are not read
+       identification, which recurs: after 30 s, or 1000 packets without times, and from a
+       different fragment at the same offset on, they belong to another datagram; other extensions
+       of version 6 are not read
 =====  ==========================================================================================
 """
 
+import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 #: Octets before the packet, and the offset of its type; None if it has none.
 LINKS = {
@@ -26,6 +29,10 @@ _UDP = 17
 _UDP_OCTETS = 8
 #: Maximum number of incomplete datagrams.
 _WAITING_MAX = 256
+#: Reassembly timeout, s: that of Linux; RFC 1122, 3.3.2 recommends 60 to 120 s.
+_WAITING_MAX_S = 30.0
+#: The same for packets without times.
+_WAITING_PACKETS_MAX = 1000
 
 Gap = tuple[int, int, str]
 
@@ -50,34 +57,65 @@ class Packet:
     link: int
 
 
+@dataclass
+class _Waiting:
+    """Fragments of an incomplete datagram by offset, with time and number of its first packet."""
+
+    since_s: float
+    number: int
+    pieces: dict[int, tuple[int, int, bool]] = field(default_factory=dict)
+
+
 class Fragments:
     """Fragments of incomplete datagrams."""
 
     def __init__(self) -> None:
-        self._waiting: dict[bytes, dict[int, tuple[int, int, bool]]] = {}
+        self._waiting: dict[bytes, _Waiting] = {}
         self._lost: list[Gap] = []
+        self._number = 0
+
+    def count_packet(self) -> None:
+        """Count a packet of any kind."""
+        self._number += 1
 
     def add(
-        self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes
+        self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes, received_s: float
     ) -> tuple[int, bytes] | None:
         """Add a fragment (offset, octets, more follow); return the datagram once complete."""
-        pieces = self._waiting.setdefault(key, {})
-        if place in pieces:
+        taken = self._others(key, received_s).get(place)
+        if taken is not None and _content(taken, raw) == _content(piece, raw):
             self._lost.append((piece[0], piece[1], "a duplicate fragment"))
             return None
-        pieces[place] = piece
+        if taken is not None:
+            self._drop(key)
+        waiting = self._waiting.setdefault(key, _Waiting(received_s, self._number))
+        waiting.pieces[place] = piece
         if len(self._waiting) > _WAITING_MAX:
             self._drop(next(iter(self._waiting)))
         whole = b""
-        for at in sorted(pieces):
-            offset, octets, more = pieces[at]
+        for at in sorted(waiting.pieces):
+            offset, octets, more = waiting.pieces[at]
             if at != len(whole):
                 return None
             whole += raw[offset : offset + octets]
             if not more:
                 del self._waiting[key]
-                return pieces[0][0], whole
+                return waiting.pieces[0][0], whole
         return None
+
+    def _others(self, key: bytes, received_s: float) -> dict[int, tuple[int, int, bool]]:
+        """Return the waiting fragments of a datagram; none after the timeout."""
+        waiting = self._waiting.get(key)
+        if waiting is None:
+            return {}
+        passed_s = abs(received_s - waiting.since_s)
+        expired = passed_s > _WAITING_MAX_S
+        if math.isnan(passed_s):
+            expired = self._number - waiting.number > _WAITING_PACKETS_MAX
+        if expired:
+            self._drop(key)
+            return {}
+        return waiting.pieces
 
     def incomplete(self) -> list[Gap]:
         """Return the fragments of incomplete datagrams."""
@@ -86,8 +124,13 @@ class Fragments:
         return self._lost
 
     def _drop(self, key: bytes) -> None:
-        for offset, octets, _ in self._waiting.pop(key).values():
+        for offset, octets, _ in self._waiting.pop(key).pieces.values():
             self._lost.append((offset, octets, "fragments of this datagram are missing"))
+
+
+def _content(piece: tuple[int, int, bool], raw: bytes) -> tuple[bytes, bool]:
+    offset, octets, more = piece
+    return raw[offset : offset + octets], more
 
 
 @dataclass(frozen=True)
@@ -118,6 +161,7 @@ def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | N
     Payload or None
         None if it is not UDP, or not yet complete.
     """
+    fragments.count_packet()
     at, end = _network(raw, packet)
     carried = None
     if end > at:
@@ -131,7 +175,7 @@ def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | N
             return None
         return Payload(begin + _UDP_OCTETS, octets, packet.received_s)
     piece = (begin, end - begin, carried.more)
-    whole = fragments.add(carried.key, carried.place, piece, raw)
+    whole = fragments.add(carried.key, carried.place, piece, raw, packet.received_s)
     if whole is None or len(whole[1]) <= _UDP_OCTETS:
         return None
     offset, joined = whole

@@ -129,6 +129,60 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
     ]
 
 
+# Fragments of different datagrams with the same identification, each with its time of reception.
+_OLD, _NEW = udp(ONE * 4), udp(TWO * 5)
+_MISSING, _DUPLICATE = "fragments of this datagram are missing", "a duplicate fragment"
+#: The half that arrived first, of which the other is lost.
+_FIRST, _SECOND = (_OLD, 0, 24), (_OLD, 24, len(_OLD))
+
+
+def _fragment(whole: bytes, place: int, end: int) -> bytes:
+    more = int(end < len(whole))
+    header = struct.pack(">BBHI", 17, 0, place | more, 77)
+    return ethernet(version_6(header + whole[place:end], 44), "86dd")
+
+
+@pytest.mark.parametrize(
+    ("lost", "after_s", "gaps"),
+    [
+        # A first fragment that differs starts another datagram, however soon.
+        (_FIRST, 1.0, [(24, _MISSING)]),
+        (_FIRST, 31.0, [(24, _MISSING)]),
+        (_SECOND, 31.0, [(len(_OLD) - 24, _MISSING)]),
+        # Files of different recorders, joined.
+        (_SECOND, -31.0, [(len(_OLD) - 24, _MISSING)]),
+    ],
+)
+def test_fragments_are_never_joined_with_a_later_datagram_of_the_same_identification(
+    lost: tuple[bytes, int, int], after_s: float, gaps: list[tuple[int, str]], tmp_path: Path
+) -> None:
+    parts = [(40.0, _fragment(*lost))]
+    parts += [
+        (40.0 + after_s, _fragment(_NEW, place, end)) for place, end in ((0, 24), (24, len(_NEW)))
+    ]
+    blocks = read(tmp_path, pcap(parts))
+    assert cut(blocks) == [TWO] * 5
+    assert [(size, reason) for _, size, reason in blocks.gaps] == gaps
+
+
+def test_fragments_of_up_to_30_s_and_repeated_ones_are_one_datagram(tmp_path: Path) -> None:
+    first, second = _fragment(*_FIRST), _fragment(*_SECOND)
+    blocks = read(tmp_path, pcap([(0.0, first), (1.0, first), (30.0, second)]))
+    assert cut(blocks) == [ONE] * 4
+    assert [(size, reason) for _, size, reason in blocks.gaps] == [(24, _DUPLICATE)]
+
+
+@pytest.mark.parametrize(("between", "joined"), [(999, True), (1000, False)])
+def test_fragments_without_times_wait_for_1000_packets(
+    between: int, joined: bool, tmp_path: Path
+) -> None:
+    packets = [_fragment(*_FIRST), *[datagram(TWO)] * between, _fragment(*_SECOND)]
+    simple = [(3, struct.pack("<I", len(one)) + one) for one in packets]
+    blocks = read(tmp_path, pcapng((1, struct.pack("<HHI", 1, 0, 0)), *simple))
+    assert cut(blocks) == [TWO] * between + [ONE] * (4 * joined)
+    assert len(blocks.gaps) == (0 if joined else 2)
+
+
 def test_what_fragments_make_is_cut_however_large_it_is() -> None:
     """The search for blocks waited for room that was never there."""
     size = 200_000
