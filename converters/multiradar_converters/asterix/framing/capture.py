@@ -45,25 +45,41 @@ def is_capture(data: NDArray[np.uint8]) -> bool:
     return magic in _PCAP or magic == _PCAPNG
 
 
-def head_octets(data: NDArray[np.uint8]) -> int:
-    """Return how many octets before the first packet describe the packets.
+def head_of(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the octets that describe the packets after the end of some data.
 
     Parameters
     ----------
     data : uint8[b]
-        Begin of a capture.
+        A capture up to the end of any packet.
+
+    Returns
+    -------
+    uint8[h]
+        The header of pcap; of pcapng, the last section header and the interfaces after it. Earlier
+        sections describe their own packets only.
     """
     raw = data.tobytes()
     if raw[:4] != _PCAPNG:
-        return _PCAP_HEADER
-    order = "<" if raw[8:12] == _LITTLE_ENDIAN else ">"
-    at = 0
+        return data[:_PCAP_HEADER]
+    parts: list[tuple[int, int]] = []
+    order, at = "<", 0
     while at + 12 <= len(raw):
+        section = raw[at : at + 4] == _PCAPNG
+        if section:
+            order, parts = _byte_order(raw, at), []
         kind, length = struct.unpack_from(f"{order}2I", raw, at)
-        if kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET) or length < 12:
+        if length < 12 or at + length > len(raw):
             break
+        if section or kind == _INTERFACE:
+            parts.append((at, at + length))
         at += length
-    return min(at, len(raw))
+    return np.concatenate([data[:0], *(data[begin:end] for begin, end in parts)])
+
+
+def _byte_order(raw: bytes, at: int) -> str:
+    """Return the byte order of the section whose header starts at an octet."""
+    return "<" if raw[at + 8 : at + 12] == _LITTLE_ENDIAN else ">"
 
 
 def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Gap], int]:
@@ -162,8 +178,7 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     at = 0
     while at + 12 <= len(raw):
         if raw[at : at + 4] == _PCAPNG:
-            order = "<" if raw[at + 8 : at + 12] == _LITTLE_ENDIAN else ">"
-            links = []
+            order, links = _byte_order(raw, at), []
         kind, length = struct.unpack_from(f"{order}2I", raw, at)
         if length < 12 or at + length > len(raw):
             break

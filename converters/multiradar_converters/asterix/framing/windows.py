@@ -1,7 +1,7 @@
 """The blocks of a recording in windows of bounded size, for recordings larger than the memory.
 
 A window ends where a block or an envelope begins, so that none is divided. Each is split as if it
-were a file of its own, with the header of the file before it.
+were a file of its own, after the header of the file, or of the section of a capture, it is in.
 """
 
 from collections.abc import Iterator
@@ -63,17 +63,16 @@ def block_windows(path: Path, octets: int = WINDOW_OCTETS) -> Iterator[Blocks]:
         at += end - len(head)
         if last:
             return
-        if not len(head):
-            head = _head(data, form)
+        head = _head(data[:end], form)
         data = np.concatenate([head, read_octets(path, at, octets)])
 
 
 def _head(data: NDArray[np.uint8], form: str) -> NDArray[np.uint8]:
-    """Return the octets of a file without which the rest cannot be read."""
+    """Return the octets up to the end of a window without which the rest cannot be read."""
     if form in GPS_HEADERS:
         return data[: GPS_HEADERS[form]]
     if form == CAPTURE:
-        return data[: capture.head_octets(data)]
+        return capture.head_of(data)
     return data[:0]
 
 

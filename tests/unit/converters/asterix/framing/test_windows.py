@@ -13,15 +13,15 @@ from support.asterix.octets import block, datagram, final_format, gps, pcap, pca
 
 WINDOW = 1 << 18
 COUNT = 30_000
-FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut", "next", "bare")
+FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut", "next", "joined", "bare")
 
 
 def blocks() -> list[bytes]:
     return [block(48, plot_048(28_800 + number / 32)) for number in range(COUNT)]
 
 
-def packet(seconds: float, frame: bytes) -> bytes:
-    high, low = divmod(round((1.6e9 + seconds) * 1e6), 1 << 32)
+def packet(seconds: float, frame: bytes, per_second: int = 1_000_000) -> bytes:
+    high, low = divmod(round((1.6e9 + seconds) * per_second), 1 << 32)
     return struct.pack("<5I", 0, high, low, len(frame), len(frame)) + frame
 
 
@@ -29,6 +29,8 @@ def packet(seconds: float, frame: bytes) -> bytes:
 def recordings() -> dict[str, bytes]:
     some = blocks()
     times = [28_800 + number / 32 for number in range(COUNT)]
+    timed = list(zip(times, some, strict=True))
+    halves = timed[: COUNT // 2], timed[COUNT // 2 :]
     damaged = [one if number % 97 else bytes(300) for number, one in enumerate(some)]
     return {
         "blocks": b"".join(some),
@@ -43,6 +45,15 @@ def recordings() -> dict[str, bytes]:
             (0x0BAD, b""),
             (1, struct.pack("<HHI", 1, 0, 0)),
             *((6, packet(t, datagram(one))) for t, one in zip(times, some, strict=True)),
+        ),
+        # Two captures, one after the other: raw IP in microseconds, Ethernet in nanoseconds.
+        "joined": pcapng(
+            (1, struct.pack("<HHI", 101, 0, 0)),
+            *((6, packet(t, datagram(one)[14:])) for t, one in halves[0]),
+        )
+        + pcapng(
+            (1, struct.pack("<HHIHHI", 1, 0, 0, 9, 1, 9)),
+            *((6, packet(t, datagram(one), 1_000_000_000)) for t, one in halves[1]),
         ),
         "cut": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True))[:-7],
     }
