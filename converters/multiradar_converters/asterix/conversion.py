@@ -40,8 +40,9 @@ from multiradar_converters.asterix.decoding.sensor_status import last_status
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     AntennaStatus,
+    FileDays,
     Timed,
-    into_days,
+    days_of_file,
     reported_references,
     services_in_order,
     time_targets,
@@ -123,9 +124,11 @@ def convert(
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
                 gathered = _gathered(path, options, folder.path)
-                account, part = _of_file(gathered, options, findings)
-                made = _system_tracks(gathered, account, options, findings)
-                status = reported_biases.frame(gathered.status, unix_start(options.date))
+                account, part, days = _of_file(gathered, options, findings)
+                made = _system_tracks(gathered, days, account, options, findings)
+                status = reported_biases.frame(
+                    gathered.status, days.status_s, unix_start(options.date)
+                )
                 measured_s = [] if part is None else [part.numbers["time_s"]]
                 moved_s = order.add(account.file, [*measured_s, _times(made), _times(status)])
                 for broken in sorted(account.broken, key=lambda one: one.offset):
@@ -187,15 +190,20 @@ def _check_some_known(findings: Findings, options: Options) -> None:
 
 
 def _system_tracks(
-    gathered: Gathered, account: FileAccount, options: Options, findings: Findings
+    gathered: Gathered,
+    days: FileDays,
+    account: FileAccount,
+    options: Options,
+    findings: Findings,
 ) -> pl.DataFrame:
     possible = []
-    for rows, part in gathered.tracks:
+    for (rows, part), time_s in zip(gathered.tracks, days.tracks_s, strict=True):
         kept = np.ones(part.height, dtype=np.bool_)
         for rejection in impossible_tracks(part):
             _reject_reports(account, rows, rejection)
             kept &= ~rejection[0]
-        possible.append((selected_rows(rows, kept), part.filter(pl.Series(kept))))
+        dated = part.with_columns(pl.Series("time_s", time_s, nan_to_null=True))
+        possible.append((selected_rows(rows, kept), dated.filter(pl.Series(kept))))
     made = system_table.frame(possible, unix_start(options.date))
     total = sum(part.height for _, part in possible)
     if total > made.height:
@@ -227,7 +235,7 @@ def _reject(gathered: Gathered, broken: Broken) -> Reject:
 
 def _of_file(
     gathered: Gathered, options: Options, findings: Findings
-) -> tuple[FileAccount, _Part | None]:
+) -> tuple[FileAccount, _Part | None, FileDays]:
     """Assign times to the reports of a file, reject invalid ones, and count."""
     account = FileAccount(
         file=gathered.blocks.file,
@@ -252,14 +260,16 @@ def _of_file(
     timed, antennas = time_targets(gathered, options.scan_periods())
     _retain(findings, antennas)
     findings.differences += _differences(gathered, timed)
+    days = days_of_file(gathered, timed)
     if timed is None:
-        return account, None
+        return account, None, days
     # Those of earlier files count, too.
     references = reported_references(findings.antennas) | options.reference_points()
     local = np.unique(timed.rows.source[local_only(timed.targets)]).tolist()
     findings.references |= {one: references[one] for one in local if one in references}
     targets = located(timed.targets, timed.rows.source, references)
-    return account, _measured(replace(timed, targets=targets), account, options, findings)
+    measured = _measured(replace(timed, targets=targets), days, account, options, findings)
+    return account, measured, days
 
 
 def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:
@@ -285,19 +295,13 @@ def _retain(findings: Findings, antennas: dict[int, AntennaStatus]) -> None:
 
 
 def _measured(
-    timed: Timed, account: FileAccount, options: Options, findings: Findings
+    timed: Timed, days: FileDays, account: FileAccount, options: Options, findings: Findings
 ) -> _Part | None:
-    targets, rows = timed.targets, timed.rows
-    time_s = targets.time_s.copy()
-    known = ~np.isnan(time_s)
-    kept = np.zeros(len(time_s), dtype=np.bool_)
-    days = time_s[known]
-    kept[known] = into_days(days, rows.source[known])
-    time_s[known] = days
+    kept = days.kept
     measured, left_out, flags = aircraft(timed, all_targets=options.all_targets)
     findings.left_out.update(left_out)
     findings.flags.update(flags)
-    far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
+    far_off = (~np.isnan(days.time_s) & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
     rejections = [
         *untimed(timed),
         far_off,
@@ -312,7 +316,7 @@ def _measured(
     for wrong, code, reason in rejections:
         _reject_reports(account, timed.rows, (wrong, code, reason))
         own &= ~wrong
-    return _part(timed, np.flatnonzero(own), time_s + unix_start(options.date), findings)
+    return _part(timed, np.flatnonzero(own), days.time_s + unix_start(options.date), findings)
 
 
 def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _Part:

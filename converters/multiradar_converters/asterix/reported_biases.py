@@ -15,7 +15,7 @@ from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Rows
 from multiradar_converters.asterix.decoding.naming import named
 from multiradar_converters.asterix.decoding.sensor_status import SENSOR, TIME
-from multiradar_converters.asterix.decoding.timing import into_days
+from multiradar_converters.asterix.layout.columns import Numbers
 from multiradar_schemas.sensors.sensor import BIAS_PARAMETERS
 
 SCHEMA = pl.Schema(
@@ -54,7 +54,6 @@ _ALLOWANCE = {
     "range_gain": 1e-4,
     "time_offset_s": 0.05,
 }
-_DAY_S = 86_400.0
 # Decimals that the last bit justifies.
 _DIGITS = {"range_offset_m": 1, "azimuth_offset_deg": 4, "range_gain": 6, "time_offset_s": 3}
 
@@ -97,13 +96,17 @@ class ReportedBias:
         )
 
 
-def frame(parts: Sequence[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFrame:
+def frame(
+    parts: Sequence[tuple[Rows, pl.DataFrame]], times_s: Sequence[Numbers], start_s: float
+) -> pl.DataFrame:
     """Return the biases in the sensor status of a file.
 
     Parameters
     ----------
     parts : sequence of (Rows, DataFrame)
         Location of the records, and the result of `read_status`.
+    times_s : sequence of float64[n]
+        Their times, see `FileDays.status_s`.
     start_s : float
         Added to times, s.
 
@@ -118,12 +121,7 @@ def frame(parts: Sequence[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.Data
     order = np.argsort(np.concatenate([rows.order for rows, _ in parts]), kind="stable")
     source = np.concatenate([rows.source for rows, _ in parts])[order]
     status = pl.concat([part for _, part in parts])[order.tolist()]
-    time_s = status[TIME].to_numpy().copy()
-    known = np.flatnonzero(time_s < _DAY_S)
-    times = time_s[known]
-    kept = into_days(times, source[known])
-    dated = np.full(len(time_s), np.nan)
-    dated[known[kept]] = times[kept] + start_s
+    dated = np.concatenate(times_s)[order] + start_s
     scaled = [
         (pl.col(name) * unit).alias(parameter) for name, (parameter, unit) in _PARAMETERS.items()
     ]

@@ -10,9 +10,6 @@ from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Rows
 from multiradar_converters.asterix.decoding.naming import named
 from multiradar_converters.asterix.decoding.system_tracks import SCHEMA
-from multiradar_converters.asterix.decoding.timing import into_days
-
-_DAY_S = 86_400.0
 
 
 def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFrame:
@@ -21,7 +18,7 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
     Parameters
     ----------
     parts : list of (Rows, DataFrame)
-        Location of the records, and the result of `read_system_tracks`.
+        Location of the records, and the result of `read_system_tracks` with `FileDays.tracks_s`.
     start_s : float
         Added to times, s.
 
@@ -35,15 +32,9 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
     order = np.argsort(np.concatenate([rows.order for rows, _ in parts]), kind="stable")
     source = np.concatenate([rows.source for rows, _ in parts])[order]
     table = pl.concat([part for _, part in parts])[order.tolist()]
-    time_s = table["time_s"].fill_null(np.nan).to_numpy().copy()
-    known = time_s < _DAY_S
-    times = time_s[known]
-    kept = into_days(times, source[known])
-    ids: pl.Series = named(source[known], source_name)
-    made: pl.DataFrame = table.filter(pl.Series(known)).with_columns(
-        pl.Series("time_s", times + start_s), ids.alias("sensor_id")
-    )
-    return made.filter(pl.Series(kept)).select(SCHEMA.names())
+    ids: pl.Series = named(source, source_name)
+    made: pl.DataFrame = table.with_columns(pl.col("time_s") + start_s, ids.alias("sensor_id"))
+    return made.drop_nulls("time_s").select(SCHEMA.names())
 
 
 def write(path: Path, frames: list[pl.DataFrame]) -> pl.DataFrame:

@@ -44,15 +44,16 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
 from multiradar_converters.asterix.decoding.targets import NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
+    FileDays,
     Timed,
-    into_days,
+    days_of_file,
     reported_references,
     services_in_order,
     time_targets,
 )
 from multiradar_converters.asterix.framing.containers import Blocks
 from multiradar_converters.asterix.framing.windows import block_windows
-from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.layout.program import Walked
 from multiradar_converters.asterix.table import repeated
 from multiradar_converters.distinct import distinct
@@ -148,7 +149,7 @@ class _Recording:
     def __init__(self, survey: Survey, account: FileSurvey) -> None:
         self._survey = survey
         self._account = account
-        self._last_s = math.nan
+        self._days = _Days()
         survey.files.append(account)
 
     def add(self, gathered: Gathered, registers: "_Registers | None") -> None:
@@ -167,8 +168,14 @@ class _Recording:
             ):
                 before = Antenna(one.north_marks, one.sectors, one.period_s, site)
             self._survey.antennas[source_name(source)] = replace(before, site=site)
+        days = self._days.add(gathered, timed)
+        if self._survey.start_s is None and timed is not None:
+            self._survey.start_s = _day_start(timed.rows.received_s, days.time_s)
+        if gathered.status:
+            reported = reported_biases.frame(gathered.status, days.status_s, 0.0)
+            self._survey.reported.append(reported)
         if timed is not None:
-            self._add_reports(timed, detailed=registers is not None)
+            self._add_reports(timed, days, detailed=registers is not None)
         for source, counts in registers.counts.items() if registers else ():
             self._survey.sensor((source_name(source), KINDS[0])).registers.update(counts)
 
@@ -187,16 +194,13 @@ class _Recording:
             for wrong, code, reason in impossible_tracks(part):
                 self._reject(int(wrong.sum()), str(code), reason)
 
-        if gathered.status:
-            self._survey.reported.append(reported_biases.frame(gathered.status, 0.0))
-
     def _reject(self, count: int, code: str, reason: str) -> None:
         self._account.rejected += count
         if count:
             self._account.reasons[code, reason] += count
 
-    def _add_reports(self, timed: Timed, *, detailed: bool) -> None:
-        time_s, kept = self._dated(timed)
+    def _add_reports(self, timed: Timed, days: FileDays, *, detailed: bool) -> None:
+        time_s, kept = days.time_s, days.kept
         known = ~np.isnan(time_s)
         local = local_only(timed.targets)
         targets = located(timed.targets, timed.rows.source, self._survey.references)
@@ -228,22 +232,23 @@ class _Recording:
             if detailed:
                 figures.add(_reports(timed, rows[own[rows]], time_s))
 
-    def _dated(self, timed: Timed) -> tuple[Numbers, Flags]:
-        """Return times that continue those of earlier windows, and which are kept."""
-        time_s = timed.targets.time_s.copy()
-        known = ~np.isnan(time_s)
-        kept = np.zeros(len(time_s), dtype=np.bool_)
-        days = time_s[known]
-        kept[known] = into_days(days, timed.rows.source[known])
-        time_s[known] = days
-        if kept.any():
-            first = float(time_s[kept][0])
-            if not math.isnan(self._last_s):
-                time_s += _DAY_S * round((self._last_s - first) / _DAY_S)
-            elif self._survey.start_s is None:
-                self._survey.start_s = _day_start(timed.rows.received_s, time_s)
-            self._last_s = float(np.max(time_s[kept]))
-        return time_s, kept
+
+class _Days:
+    """Continues the times of a file from window to window."""
+
+    def __init__(self) -> None:
+        self._last_s = math.nan
+
+    def add(self, gathered: Gathered, timed: Timed | None) -> FileDays:
+        """Return the times of the next window."""
+        days = days_of_file(gathered, timed)
+        known_s = days.known_s
+        if not len(known_s):
+            return days
+        if not math.isnan(self._last_s):
+            days = days.moved(_DAY_S * round((self._last_s - float(known_s[0])) / _DAY_S))
+        self._last_s = float(days.known_s.max())
+        return days
 
 
 def _reports(timed: Timed, own: Integers, time_s: Numbers) -> Reports:

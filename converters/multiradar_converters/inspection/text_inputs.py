@@ -21,13 +21,11 @@ from multiradar_converters.inspection.survey import FileSurvey, Survey
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.options import Options
-from multiradar_converters.vid.survey import DumpFile
+from multiradar_converters.vid.survey import DumpFile, clocks
 from multiradar_converters.vid.survey import survey as survey_dump
 from multiradar_converters.vid.table import ADSB_ID
-from multiradar_converters.vid.text.detection import first_times
 from multiradar_converters.vid.text.reading import read_rows
 from multiradar_converters.vid.text.time_filter import Rows
-from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start
 
 _SENSOR_BITS = 31
 
@@ -51,7 +49,9 @@ def inspect_dump(folder: Path, survey: Survey, advance: Callable[[int], None]) -
     """
     options = Options(allow_missing=True)
     with ThreadPoolExecutor(options.threads) as pool, RejectsFile(Path(os.devnull)) as rejects:
-        for file in survey_dump(folder, options):
+        files = survey_dump(folder, options)
+        times = clocks(files)
+        for file in files:
             account = Account(file.path.name, file.size, file.layout.table.name)
             for rows in read_rows(
                 file.path,
@@ -60,15 +60,10 @@ def inspect_dump(folder: Path, survey: Survey, advance: Callable[[int], None]) -
                 account=account,
                 rejects=rejects,
                 progress=advance,
-                clock=_clock(file),
+                clock=times[file.layout.table.name],
             ):
                 _add_rows(rows, file, survey, options)
             survey.files.append(_of_account(account))
-
-
-def _clock(file: DumpFile) -> TimeUnwrapper:
-    start = agreed_start(first_times(file.path, file.layout), file.layout.time_form)
-    return TimeUnwrapper(file.layout.time_form, start=start, from_before_midnight=False)
 
 
 def _of_account(account: Account) -> FileSurvey:

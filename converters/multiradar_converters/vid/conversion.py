@@ -43,19 +43,12 @@ from multiradar_converters.vid.records import (
 from multiradar_converters.vid.report import Findings, report_json
 from multiradar_converters.vid.sensors import SensorFigures, sensors_toml
 from multiradar_converters.vid.spool import Buckets, TimeSorter
-from multiradar_converters.vid.survey import DumpFile, survey
+from multiradar_converters.vid.survey import DumpFile, clocks, survey
 from multiradar_converters.vid.table import table_rows, write_table
 from multiradar_converters.vid.text.detection import first_times
 from multiradar_converters.vid.text.reading import Progress, read_rows
 from multiradar_converters.vid.text.time_filter import Rows
-from multiradar_converters.vid.text.times import (
-    TimeUnwrapper,
-    agreed_start,
-    agreeing,
-    begins_before_midnight,
-    dates_of,
-    unix_start,
-)
+from multiradar_converters.vid.text.times import dates_of, unix_start
 from multiradar_converters.vid.track_files import (
     TrackFileNames,
     TrackWriter,
@@ -156,11 +149,7 @@ class _Conversion:
         self._first_times = {
             file.layout.table.name: first_times(file.path, file.layout) for file in files
         }
-        self._from_before_midnight = begins_before_midnight(
-            time
-            for file in files
-            for time in agreeing(self._first_times[file.layout.table.name], file.layout.time_form)
-        )
+        self._clocks = clocks(files)
         self._check_date(files, options.date)
         self._sensors = Numbering("sensors", SENSORS_MAX)
         self._sources = Numbering("sources", SENSORS_MAX)
@@ -259,11 +248,6 @@ class _Conversion:
             return
         account = Account(file.path.name, file.size, table.name)
         self._accounts.append(account)
-        clock = TimeUnwrapper(
-            file.layout.time_form,
-            start=agreed_start(self._first_times[table.name], file.layout.time_form),
-            from_before_midnight=self._from_before_midnight,
-        )
         moved_s = self._unix_start_s
         if self._of_day or file.layout.time_form != "seconds-of-day":
             moved_s = 0.0
@@ -274,7 +258,7 @@ class _Conversion:
             account=account,
             rejects=self._rejects,
             progress=self._progress,
-            clock=clock,
+            clock=self._clocks[table.name],
         ):
             time = rows.number(fields.TIME)
             time += moved_s

@@ -2,6 +2,8 @@
 
 import dataclasses
 import datetime as dt
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +11,14 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.fields import PLOTS, TABLES
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.profile import Profile
-from multiradar_converters.vid.text.detection import detect, with_times
+from multiradar_converters.vid.text.detection import detect, first_times, last_times, with_times
 from multiradar_converters.vid.text.layout import FileLayout, TimeForm
+from multiradar_converters.vid.text.times import (
+    TimeUnwrapper,
+    agreed_start,
+    earliest,
+    first_days,
+)
 from multiradar_schemas.documents.contents import DUMP, content, no_such
 
 _WANTED = "a folder with the text files of a dump, such as plots.txt"
@@ -52,6 +60,32 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
             raise LayoutError(msg)
         files.append(_file(path, detect(path, table, options.profile)))
     return _with_times(dump, files, options.date)
+
+
+def clocks(files: Sequence[DumpFile]) -> dict[str, TimeUnwrapper]:
+    """Return the conversion of the times of each file of a dump, by the name of its table.
+
+    Times of day do not contain the day on which a file starts: the one on which the files overlap.
+    """
+    starts, spans_s, later = [], [], []
+    for file in files:
+        form = file.layout.time_form
+        times = first_times(file.path, file.layout)
+        start_s = agreed_start(times, form)
+        first_s = earliest(times, form)
+        last_s = agreed_start(last_times(file.path, file.layout), form)
+        starts.append(start_s)
+        spans_s.append((first_s, last_s) if form == "seconds-of-day" else (math.nan, math.nan))
+        # Rows from before midnight follow one from after midnight.
+        later.append(int(first_s > start_s))
+    return {
+        file.layout.table.name: TimeUnwrapper(
+            file.layout.time_form, start=start_s, day=day + after_midnight
+        )
+        for file, start_s, day, after_midnight in zip(
+            files, starts, first_days(spans_s), later, strict=True
+        )
+    }
 
 
 def _missing(dump: Path, path: Path, profile: Profile, *, optional: bool) -> str:

@@ -33,7 +33,7 @@ def read(folder: Path, times: list[str], block_bytes: int = 1 << 16) -> tuple[li
     with ThreadPoolExecutor(1) as pool, RejectsFile(folder / "rejects.ndjson") as rejects:
         blocks = read_rows(
             path, layout, pool=pool, account=account, rejects=rejects, progress=lambda _: None,
-            clock=TimeUnwrapper(form, start=start, from_before_midnight=False),
+            clock=TimeUnwrapper(form, start=start),
             block_bytes=block_bytes,
         )  # fmt: skip
         found = [time for rows in blocks for time in rows.number(fields.TIME).tolist()]

@@ -4,18 +4,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar_converters.aircraft_data.quantities import joined, without
 from multiradar_converters.asterix.decoding.clocks import Marks, times_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
+from multiradar_converters.asterix.decoding.sensor_status import TIME
 from multiradar_converters.asterix.decoding.services import Services, antenna_period_s
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.distinct import distinct, distinct_places
-from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start, begins_before_midnight
+from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start, first_day
 
 #: Kinds of measurement, by number.
 KINDS = ("radar", "mlat", "adsb")
@@ -152,8 +154,95 @@ def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:
     return np.array([values.get(one, np.nan) for one in sources.tolist()], np.float64)[place]
 
 
+@dataclass(frozen=True)
+class FileDays:
+    """Times of the records of a file, continued past midnight, s.
+
+    Attributes
+    ----------
+    time_s : float64[n]
+        Of the target reports; NaN if unknown.
+    kept : bool[n]
+        Which of them are within an hour of neighbouring rows of their source.
+    tracks_s, status_s : list of float64[m]
+        Of the system tracks and of the sensor status, as in `Gathered`; NaN if unknown or more than
+        an hour from neighbouring rows of their source.
+    """
+
+    time_s: Numbers
+    kept: Flags
+    tracks_s: list[Numbers]
+    status_s: list[Numbers]
+
+    @property
+    def known_s(self) -> Numbers:
+        """All known times, s."""
+        parts = [self.time_s[self.kept], *self.tracks_s, *self.status_s]
+        whole: Numbers = np.concatenate(parts)
+        return whole[~np.isnan(whole)]
+
+    def moved(self, step_s: float) -> "FileDays":
+        """Return the times, later by some seconds."""
+        return FileDays(
+            self.time_s + step_s,
+            self.kept,
+            [one + step_s for one in self.tracks_s],
+            [one + step_s for one in self.status_s],
+        )
+
+
+def days_of_file(gathered: Gathered, timed: Timed | None) -> FileDays:
+    """Unwrap the times of day of all records of a file past midnight, see `into_days`.
+
+    Parameters
+    ----------
+    gathered : Gathered
+        The file.
+    timed : Timed or None
+        Its target reports.
+
+    Returns
+    -------
+    FileDays
+        Their times.
+    """
+    parts = [] if timed is None else [(timed.rows, timed.targets.time_s)]
+    parts += [(rows, _column(part, "time_s")) for rows, part in gathered.tracks]
+    parts += [(rows, _column(part, TIME)) for rows, part in gathered.status]
+    if not parts:
+        return FileDays(_NUMBER, np.empty(0, dtype=np.bool_), [], [])
+    # A processor of tracks may have the number of a sensor.
+    kinds = [0] * (timed is not None) + [1] * len(gathered.tracks) + [2] * len(gathered.status)
+    order = np.concatenate([rows.order for rows, _ in parts])
+    source = np.concatenate(
+        [rows.source + (kind << 32) for (rows, _), kind in zip(parts, kinds, strict=True)]
+    )
+    time_s = np.concatenate([times for _, times in parts])
+    known = np.flatnonzero(time_s < _DAY_S)
+    known = known[np.argsort(order[known], kind="stable")]
+    days, kept = time_s[known], np.zeros(len(time_s), dtype=np.bool_)
+    kept[known] = into_days(days, source[known])
+    time_s[known] = days
+    sizes = [len(times) for _, times in parts]
+    ends = np.cumsum(sizes)[:-1]
+    whole = np.split(np.where(kept, time_s, np.nan), ends)
+    reports = int(timed is not None)
+    tracks = reports + len(gathered.tracks)
+    own = sizes[0] if reports else 0
+    return FileDays(time_s[:own], kept[:own], whole[reports:tracks], whole[tracks:])
+
+
+def _column(part: pl.DataFrame, name: str) -> Numbers:
+    values: Numbers = part[name].fill_null(np.nan).to_numpy()
+    return values
+
+
 def into_days(time_s: Numbers, source: Integers) -> Flags:
     """Unwrap times of day past midnight, in place and per source.
+
+    A source starts on the day nearest to the last times before it of the sources that start before
+    it in the file; if these have ended, on the day nearest to the span of their times. If that is
+    shortly before the midnight at which the others start, the file starts on the day before.
 
     Parameters
     ----------
@@ -168,21 +257,36 @@ def into_days(time_s: Numbers, source: Integers) -> Flags:
         Whether each is kept: within an hour of neighbouring rows of its source.
     """
     kept = np.zeros(len(time_s), dtype=np.bool_)
-    sources = distinct(source).tolist()
-    starts = {
-        one: agreed_start(time_s[source == one][:_FIRST_ROWS].tolist(), "seconds-of-day")
-        for one in sources
-    }
-    before = begins_before_midnight(starts.values())
-    for one in sources:
-        own = np.flatnonzero(source == one)
+    rows = [np.flatnonzero(source == one) for one in distinct(source).tolist()]
+    days: list[int] = []
+    for own in sorted(rows, key=lambda one: int(one[0])):
         times, taken = time_s[own], np.zeros(len(own), dtype=np.bool_)
-        clockwork = TimeUnwrapper("seconds-of-day", start=starts[one], from_before_midnight=before)
+        start = agreed_start(times[:_FIRST_ROWS].tolist(), "seconds-of-day")
+        days.append(_first_day(start, int(own[0]), time_s, np.flatnonzero(kept)))
+        clockwork = TimeUnwrapper("seconds-of-day", start=start, day=days[-1])
         decided, _ = clockwork.run(times, taken)
         # Too few rows at the end to indicate a gap: they disagree with all previous rows.
         taken[decided:] = False
         time_s[own], kept[own] = times, taken
+    if min(days, default=0) < 0:
+        time_s += _DAY_S
     return kept
+
+
+def _first_day(start_s: float, begin: int, time_s: Numbers, others: Integers) -> int:
+    """Return the day on which a source starts, by the rows of sources that start before it."""
+    if not len(others):
+        return 0
+    if others[-1] > begin:
+        before = others[others < begin][-_FIRST_ROWS:]
+        return first_day(start_s, float(np.median(time_s[before if len(before) else others[:1]])))
+    # All others end before it starts: the file was joined from several, of the same hours or not.
+    low_s, high_s = float(time_s[others].min()), float(time_s[others].max())
+
+    def away_s(day: int) -> float:
+        return max(low_s - start_s - day * _DAY_S, start_s + day * _DAY_S - high_s, 0.0)
+
+    return min(first_day(start_s, low_s), first_day(start_s, high_s), key=away_s)
 
 
 def _joined(rows: list[Rows]) -> tuple[Rows, NDArray[np.int64]]:

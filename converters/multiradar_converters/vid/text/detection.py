@@ -2,6 +2,7 @@
 
 import codecs
 import dataclasses
+import os
 import re
 from collections import Counter
 from pathlib import Path
@@ -268,6 +269,25 @@ def first_times(path: Path, layout: FileLayout) -> list[float]:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     rows = (_row(line, layout) for line in _trial_lines(layout, head))
+    return [row.numbers[fields.TIME] for row in rows if row is not None]
+
+
+def last_times(path: Path, layout: FileLayout) -> list[float]:
+    """Return the times of the last readable rows of a file, the last one first.
+
+    Returns
+    -------
+    list of float
+        Times of the file, s.
+    """
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        begin = max(layout.data_offset, size - HEAD_BYTES)
+        file.seek(begin)
+        lines = file.read().split(bytes((layout.terminator,)))
+    # The first line may be incomplete.
+    lines = lines[int(begin > layout.data_offset) :]
+    rows = (_row(line, layout) for line in reversed(lines[-_TRIAL_LINES:]))
     return [row.numbers[fields.TIME] for row in rows if row is not None]
 
 

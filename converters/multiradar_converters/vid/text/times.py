@@ -12,6 +12,8 @@ from multiradar_converters.vid.text.layout import TimeForm
 
 #: Interval that counts as shortly before or after midnight, s.
 LATE_S = 3600.0
+#: Maximum disorder of the rows of a file with the same day, s.
+DISORDER_S = 600.0
 
 _DAY_S = 86_400.0
 
@@ -25,16 +27,15 @@ class TimeUnwrapper:
         Time format of the file.
     start : float
         Consensus of its first rows, in file time, s; NaN for none.
-    from_before_midnight : bool
-        Whether the recording begins shortly before midnight: a file whose first rows are shortly
-        after midnight then begins on the second day.
+    day : int
+        Day of the recording on which a file with times of day starts, see `first_day`.
     """
 
-    def __init__(self, form: TimeForm | None, *, start: float, from_before_midnight: bool) -> None:
+    def __init__(self, form: TimeForm | None, *, start: float, day: int = 0) -> None:
         self._of_day = form == "seconds-of-day"
         self._state = np.array([start, start, start, start, math.nan, 0.0])
-        if self._of_day and from_before_midnight and start <= LATE_S:
-            self._state[:3] += _DAY_S
+        if self._of_day:
+            self._state[:3] += day * _DAY_S
 
     @property
     def last_s(self) -> float:
@@ -75,10 +76,25 @@ def agreed_start(times: Sequence[float], form: TimeForm | None) -> float:
     return best
 
 
-def agreeing(times: Sequence[float], form: TimeForm | None) -> list[float]:
-    """Return the first times of a file that are near their consensus."""
+def earliest(times: Sequence[float], form: TimeForm | None) -> float:
+    """Return the start time of a file, unless rows before the midnight before it follow.
+
+    Parameters
+    ----------
+    times, form
+        As of `agreed_start`.
+
+    Returns
+    -------
+    float
+        The start, s; the first of the rows before midnight if there are some.
+    """
     start = agreed_start(times, form)
-    return [time for time in times if _distance(time, start, form) <= LATE_S]
+    if form != "seconds-of-day" or not start <= LATE_S:
+        return start
+    late = [time for time in times if _DAY_S - LATE_S <= time < _DAY_S]
+    near = [time for time in late if _distance(time, start, form) <= LATE_S]
+    return min(near, default=start)
 
 
 def _distance(time: float, other: float, form: TimeForm | None) -> float:
@@ -88,23 +104,63 @@ def _distance(time: float, other: float, form: TimeForm | None) -> float:
     return min(away, _DAY_S - away) if over_midnight else away
 
 
-def begins_before_midnight(first_times: Iterable[float]) -> bool:
-    """Return whether a recording begins shortly before midnight.
+def first_day(start_s: float, reference_s: float) -> int:
+    """Return the day on which a source starts: the one nearest to a time of other sources.
 
     Parameters
     ----------
-    first_times : iterable of float
-        Times of day of the first rows of all its files, s.
+    start_s : float
+        First time of day of the source, s.
+    reference_s : float
+        Time of the other sources when it starts, s, counted from the day on which they start.
 
     Returns
     -------
-    bool
-        True if some are shortly before and some shortly after midnight.
+    int
+        The day; 0 without a time. -1 only if the source starts in the last hour before the
+        midnight after which the others start.
     """
-    times = list(first_times)
-    return any(_DAY_S - LATE_S <= time < _DAY_S for time in times) and any(
-        time <= LATE_S for time in times
-    )
+    away_s = reference_s - start_s
+    if math.isnan(away_s):
+        return 0
+    day = round(away_s / _DAY_S)
+    if day >= 0:
+        return day
+    return -1 if start_s >= _DAY_S - LATE_S and reference_s <= LATE_S else 0
+
+
+def first_days(spans_s: Sequence[tuple[float, float]]) -> list[int]:
+    """Return the days on which the files of a recording start, so that they overlap.
+
+    Parameters
+    ----------
+    spans_s : sequence of (float, float)
+        First and last time of day of each file, s; NaN if unknown.
+
+    Returns
+    -------
+    list of int
+        A day for each, the earliest one 0. Files of which none overlaps, or follows within an hour,
+        start on the same day.
+    """
+    days: list[int] = []
+    start_s, end_s = math.inf, -math.inf
+    for first_s, last_s in spans_s:
+        length_s = (last_s - first_s + DISORDER_S) % _DAY_S if last_s < _DAY_S else last_s - first_s
+        if math.isnan(length_s):
+            days.append(0)
+            continue
+        common_s = {
+            day: min(first_s + day * _DAY_S + length_s, end_s)
+            - max(first_s + day * _DAY_S, start_s)
+            for day in (0, -1, 1)
+        }
+        near = [day for day, common in common_s.items() if common >= -LATE_S]
+        day = 0 if 0 in near or not near else max(near, key=lambda one: common_s[one])
+        days.append(day)
+        start_s = min(start_s, first_s + day * _DAY_S)
+        end_s = max(end_s, first_s + day * _DAY_S + length_s)
+    return [day - min(days, default=0) for day in days]
 
 
 def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -120,3 +121,22 @@ def test_system_tracks_alone_have_times(tmp_path: Path, capsys: pytest.CaptureFi
     out, text = converted(tmp_path / "recording.ast", capsys)
     assert "times: 08:00:00 to 08:00:08" in text
     assert not (out / "reported_biases.parquet").exists()
+
+
+def test_biases_reported_after_midnight_are_on_the_day_of_the_plots(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Plots of each minute from 20:00 on, statuses from 0:30 on."""
+    times = 72_000.0 + 60.0 * np.arange(300)
+    path = tmp_path / "recording.ast"
+    path.write_bytes(
+        b"".join(
+            block(48, plot_048(time % 86_400, azimuth_deg=90.0))
+            + (block(63, status(time % 86_400, "1482", 6, -28)) if time >= 88_200.0 else b"")
+            for time in times.tolist()
+        )
+    )
+    out, _ = converted(path, capsys)
+    table = pl.read_parquet(out / "reported_biases.parquet")
+    assert table["time_s"].min() == 88_200.0
+    assert table["time_s"].max() == times[-1]

@@ -20,6 +20,9 @@ from multiradar_converters.asterix.table import repeated
 NAN = float("nan")
 
 
+DAY_S = 86_400.0
+
+
 def marks(*rows: tuple[int, int, float, float, float], period_s: float = NAN) -> Marks:
     """Make marks of order, source, time, reception, sector."""
     table = np.array([(*row, period_s) for row in rows], dtype=np.float64).reshape(-1, 6)
@@ -144,6 +147,54 @@ def test_a_source_whose_clock_is_wrong_by_hours_keeps_its_own_time() -> None:
     times = np.array([100.0, 40_000.0, 101.0, 40_001.0])
     assert into_days(times, np.array([1, 2, 1, 2])).all()
     assert times.tolist() == [100.0, 40_000.0, 101.0, 40_001.0]
+
+
+@pytest.mark.parametrize(
+    ("starts_s", "until_s", "days"),
+    [
+        # The second radar starts its reports long after midnight.
+        ((72_000.0, 1_800.0), 16_200.0, (0, 1)),
+        ((84_600.0, 7_200.0), 9_000.0, (0, 1)),
+        # Almost at once, about midnight: the file starts on the day before.
+        ((2.0, 86_398.0), 0.0, (1, 0)),
+        ((86_398.0, 2.0), 0.0, (0, 1)),
+        # A recording from after midnight, of which one radar starts before the next midnight.
+        ((600.0, 84_600.0), 84_000.0, (0, 0)),
+        # Never before the first day, except about midnight.
+        ((3_000.0, 80_000.0), 0.0, (0, 0)),
+    ],
+)
+def test_a_source_starts_on_the_day_nearest_to_the_times_before_it(
+    starts_s: tuple[float, float], until_s: float, days: tuple[int, int]
+) -> None:
+    """The first one has reports each 10 min until the second one starts, and then both have."""
+    first = starts_s[0] + np.arange(0.0, until_s + 3600.0, 600.0)
+    second = starts_s[1] + np.arange(0.0, 3600.0, 600.0)
+    source = np.concatenate([np.full(len(first), 1), np.full(len(second), 2)])
+    order = np.argsort(
+        np.concatenate([first - first[0], second - second[0] + until_s + 1.0]), kind="stable"
+    )
+    times = np.concatenate([first, second])
+    expected = (times + DAY_S * np.array(days)[source - 1])[order]
+    times, source = times[order] % DAY_S, source[order]
+    assert into_days(times, source).all()
+    assert times.tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    ("start_s", "expected_s"),
+    [(72_000.0, 72_000.0), (1_800.0, 88_200.0), (36_000.0, 122_400.0), (60_000.0, 60_000.0)],
+)
+def test_a_source_after_the_end_of_the_others_is_nearest_to_the_span_of_their_times(
+    start_s: float, expected_s: float
+) -> None:
+    """Recordings of two radars, joined; the first one is of a night, from 20:00 to 9:00."""
+    first = np.arange(72_000.0, 118_800.0, 600.0)
+    second = start_s + np.arange(0.0, 3600.0, 600.0)
+    times = np.concatenate([first, second]) % DAY_S
+    source = np.concatenate([np.full(len(first), 1), np.full(len(second), 2)])
+    assert into_days(times, source).all()
+    assert times[len(first)] == expected_s
 
 
 def test_equal_octets_of_one_source_within_a_second_are_one_record() -> None:
