@@ -134,6 +134,7 @@ class FeedDecoder:
     def _document(
         self, raw: bytes, place: int, received_s: float | None, *, by_octet: bool
     ) -> None:
+        cut = raw.lstrip()[:1] == readsb.BEGIN and raw.rstrip()[-1:] != b"}"
         # Every octet is one character, so that places are octets.
         for snapshot in readsb.snapshots(raw.decode("latin-1")):
             for element in snapshot.elements:
@@ -145,7 +146,6 @@ class FeedDecoder:
                     self.reject(where, error.code, error.reason, octets)
             if snapshot.fault is not None:
                 at, reason = snapshot.fault
-                cut = raw.lstrip()[:1] == readsb.BEGIN and raw.rstrip()[-1:] != b"}"
                 code = RejectCode.TRUNCATED if cut else RejectCode.MALFORMED_JSON
                 where = place + at if by_octet else place
                 self.reject(where, code, reason, raw[at : at + KEPT_BYTES_MAX])

@@ -41,13 +41,12 @@ AGE_MAX_S = 3600.0
 _DECODER = json.JSONDecoder(parse_float=str, parse_int=str, parse_constant=str)
 _FILES = re.compile(r'\s*\{\s*"files"\s*:\s*\[')
 _LIST = re.compile(r'"(?:aircraft|ac)"\s*:\s*\[')
-_NOW = re.compile(r'"now"\s*:\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)')
-_NEXT = re.compile(r'\{\s*"now"')
+# The beginning of a snapshot, and what may be between two of them.
+_BEGIN = re.compile(r'\{\s*"(?:now|ac|aircraft)"')
+_BETWEEN = re.compile(r"[ \r\n\t,\]}]*")
 _ADDRESS = re.compile(r"[0-9A-Fa-f]{6}")
 _BLANKS = re.compile(r"[\s,]*")
-_OPENING = '{"_":0'
-# What may follow the list of aircraft.
-_TAIL_MAX = 1 << 16
+_OPENING, _CLOSING = '{"_":0', '"_":0}'
 # A Unix time in milliseconds.
 _MILLISECONDS_S = 1e11
 
@@ -143,28 +142,30 @@ def snapshots(text: str) -> Iterator[Snapshot]:
     Yields
     ------
     Snapshot
-        In order. Behind a fault it continues with the next `{"now"`.
+        In order. Behind a fault it continues with the next snapshot; the fault states how many
+        octets were skipped.
     """
     files = _FILES.match(text)
-    at = files.end() if files else 0
-    while rest := text[at : at + _TAIL_MAX].strip(" \r\n\t,]}"):
-        match = _LIST.search(text, at)
-        if match is None:
-            yield Snapshot(fault=(at, f"expected a list of aircraft, found {rest[:40]!r}"))
-            return
-        found = Snapshot(_now(text[at : match.start()]))
-        yield_at = at
-        at = _elements(text, match.end(), found)
-        if found.fault is None:
-            tail = text[at : at + _TAIL_MAX]
-            at = _closed(text, at, found)
-            found.now = found.now or _now(tail[: at - yield_at])
-        yield found
+    at = _after(_BETWEEN, text, files.end() if files else 0)
+    listed = _LIST.search(text, at)
+    while listed is not None:
+        before = _values(text[at : listed.start()] + _CLOSING)
+        if before is None:
+            begin = _begin(text, at + 1, listed)
+            if begin > at:
+                yield _skipped(text, at, begin)
+            before = _values(text[begin : listed.start()] + _CLOSING)
+        found = Snapshot(now_of(before or {}))
+        following = _LIST.search(text, listed.end())
+        at = _read(text, listed.end(), following.start() if following else len(text), found)
         if found.fault is not None:
-            following = _NEXT.search(text, at)
-            if following is None:
-                return
-            at = following.start()
+            place, reason = found.fault
+            at = len(text) if following is None else _begin(text, place, following)
+            found.fault = (place, f"{reason}; {at - place} octets skipped")
+        yield found
+        at, listed = _after(_BETWEEN, text, at), following
+    if at < len(text):
+        yield _skipped(text, at, len(text))
 
 
 def cells(values: object, now: str) -> dict[int, str] | None:
@@ -274,44 +275,63 @@ def _step_s(text: str) -> float:
     return 10.0 ** -max(1, len(text.partition(".")[2]))
 
 
-def _now(text: str) -> str:
-    match = _NOW.search(text)
-    return _seconds(match[1]) if match else ""
-
-
 def _seconds(now: str) -> str:
     if DECIMAL.fullmatch(now) and float(now) >= _MILLISECONDS_S:
         return repr(float(now) / 1000.0)
     return now
 
 
-def _elements(text: str, at: int, found: Snapshot) -> int:
-    """Read the elements of a list; return where it ends."""
+def _read(text: str, begin: int, end: int, found: Snapshot) -> int:
+    """Read a list and what follows it up to the next one, `end`; return where the snapshot ends."""
+    # The error of a decoder costs as much as the text before it is long: without that before.
+    part, at = text[begin:end], 0
     while True:
-        at = _after_blanks(text, at)
-        if text[at : at + 1] == "]":
-            return at + 1
+        at = _after(_BLANKS, part, at)
+        if part[at : at + 1] == "]":
+            return begin + _closed(part, at + 1, begin, found)
         try:
-            value, end = _DECODER.raw_decode(text, at)
+            value, after = _DECODER.raw_decode(part, at)
         except (json.JSONDecodeError, RecursionError) as error:
             place = error.pos if isinstance(error, json.JSONDecodeError) else at
-            found.fault = (at, f"not valid JSON at character {place}: {error.args[0][:80]}")
-            return at
-        found.elements.append(Element(at, text[at:end], value))
-        at = end
+            reason = f"not valid JSON at character {begin + place}: {error.args[0][:80]}"
+            found.fault = (begin + at, reason)
+            return begin + at
+        found.elements.append(Element(begin + at, part[at:after], value))
+        at = after
 
 
-def _closed(text: str, at: int, found: Snapshot) -> int:
+def _closed(part: str, at: int, begin: int, found: Snapshot) -> int:
     """Read what follows the list; return where the snapshot ends."""
-    tail = _OPENING + text[at : at + _TAIL_MAX]
     try:
-        _, end = _DECODER.raw_decode(tail)
+        values, after = _DECODER.raw_decode(_OPENING + part[at:])
     except (json.JSONDecodeError, RecursionError):
-        found.fault = (at, "unexpected data after the list of aircraft")
+        found.fault = (begin + at, "unexpected data after the list of aircraft")
         return at
-    return at + end - len(_OPENING)
+    found.now = found.now or now_of(values)
+    return at + after - len(_OPENING)
 
 
-def _after_blanks(text: str, at: int) -> int:
-    match = _BLANKS.match(text, at)
+def _values(text: str) -> Values | None:
+    try:
+        value = _DECODER.decode(text)
+    except (json.JSONDecodeError, RecursionError):
+        return None
+    return value if isinstance(value, dict) else None
+
+
+def _begin(text: str, at: int, listed: re.Match[str]) -> int:
+    """Return where the snapshot of a list begins; the list itself if its beginning is unknown."""
+    begin = listed.start()
+    for match in _BEGIN.finditer(text, at, listed.end()):
+        begin = match.start()
+    return begin
+
+
+def _skipped(text: str, at: int, end: int) -> Snapshot:
+    reason = f"expected a list of aircraft, found {text[at : min(at + 40, end)]!r}"
+    return Snapshot(fault=(at, f"{reason}; {end - at} octets skipped"))
+
+
+def _after(pattern: re.Pattern[str], text: str, at: int) -> int:
+    match = pattern.match(text, at)
     return match.end() if match else at

@@ -264,6 +264,65 @@ def test_a_damaged_snapshot_is_rejected_from_there_on_and_the_next_is_read() -> 
     assert [one.code for one in batch.rejected] == [RejectCode.TRUNCATED]
 
 
+def of_service(second: float, *found: Any) -> bytes:
+    """Return a snapshot of a web service: its time is behind the list."""
+    now = (BEGIN_S + second) * 1000
+    return json.dumps({"ac": list(found), "msg": "No error", "now": now, "total": 1}).encode()
+
+
+@pytest.mark.parametrize("between", [b"", b"\n", b" " * 70_000 + b"\n"])
+def test_behind_a_fault_the_snapshots_of_services_are_read(between: bytes) -> None:
+    """Regression: nothing behind the fault was read or counted."""
+    bad = of_service(10.0, aircraft(10.0), aircraft(10.0, hex="4ca8d1")).replace(b'"DLH', b'"D"LH')
+    good = [of_service(second, aircraft(second)) for second in (20.0, 30.0)]
+    batch = of_document(between.join([bad, *good]))
+    assert batch.numbers[roles.TIME].tolist() == [BEGIN_S + 20.0, BEGIN_S + 30.0]
+    ((code, reason),) = reasons(batch)
+    assert code == RejectCode.MALFORMED_JSON
+    skipped = len(bad) - bad.index(b'{"hex"') + len(between)
+    assert reason.endswith(f"; {skipped} octets skipped")
+
+
+def test_what_remains_behind_a_fault_is_rejected_with_its_size() -> None:
+    good, bad = of_service(20.0, aircraft(20.0)), of_service(10.0, {"hex": 1}).replace(b"}]", b"]")
+    batch = of_document(good + bad)
+    assert len(batch.places) == 1
+    ((_, reason),) = reasons(batch)
+    assert reason.endswith(f"; {len(bad) - bad.index(b'{', 1)} octets skipped")
+    batch = of_document(b" " * 70_000 + good + b" " * 70_000 + b"<html>")
+    assert len(batch.places) == 1
+    assert reasons(batch)[0][1] == "expected a list of aircraft, found '<html>'; 6 octets skipped"
+
+
+def test_a_snapshot_without_a_time_has_not_that_of_its_neighbours() -> None:
+    """Regression: it had the time of the next one, or of an answer without aircraft before it."""
+    good = of_service(20.0, aircraft(20.0))
+    without = json.dumps({"ac": [aircraft(10.0, hex="4ca8d1")]}).encode()
+    for text in (without + good, good + without):
+        batch = of_document(text)
+        assert batch.numbers[roles.TIME].tolist() == [BEGIN_S + 20.0]
+        assert reasons(batch) == [(RejectCode.MISSING_FIELD, "now: expected a value, found none")]
+    empty = json.dumps({"ac": None, "now": BEGIN_S + 5.0}).encode()
+    for text in (empty + good, empty + snapshot(20.0, [aircraft(20.0)])):
+        batch = of_document(text)
+        assert batch.numbers[roles.TIME].tolist() == [BEGIN_S + 20.0]
+        ((code, reason),) = reasons(batch)
+        assert code == RejectCode.MALFORMED_JSON
+        assert reason.endswith(f"; {len(empty)} octets skipped")
+
+
+def test_a_recording_may_begin_within_a_snapshot() -> None:
+    """The octets before the first whole snapshot are counted; a list may be all that remains."""
+    good = snapshot(10.0, [aircraft(10.0)])
+    rest = snapshot(5.0, [aircraft(5.0)])[100:]
+    batch = of_document(rest + good)
+    assert batch.numbers[roles.TIME].tolist() == [BEGIN_S + 10.0]
+    assert len(batch.rejected) == 1
+    batch = of_document(of_service(10.0, aircraft(10.0))[1:])
+    assert batch.numbers[roles.TIME].tolist() == [BEGIN_S + 10.0]
+    assert batch.rejected == []
+
+
 @pytest.mark.parametrize("text", [b"", b"[]", b"{}", b"<html>", b'{"now": 1}', b'{"aircraft": 5}'])
 def test_what_is_no_snapshot_is_one_reject_at_most(text: bytes) -> None:
     batch = of_document(text)
