@@ -14,6 +14,7 @@ from starlette.responses import Response
 from starlette.routing import Match, Route, WebSocketRoute
 from starlette.types import Scope
 
+from multiradar.access.parameters import parameter_error
 from multiradar.errors import (
     IdempotencyConflictError,
     InputError,
@@ -108,12 +109,6 @@ def problem_bytes(error: RequestError, request_id: str) -> bytes:
         ]
     encoded = json.dumps(document, ensure_ascii=True).encode()
     return b"{%s, %s" % (error.members, encoded[1:]) if error.members else encoded
-
-
-def parameter_error(parameters: Mapping[str, str], code: str = "INVALID_PARAMETER") -> RequestError:
-    """Return the error of a request with invalid parameters, each with its reason."""
-    detail = "; ".join(f"{name}: {reason}" for name, reason in parameters.items())
-    return RequestError(422, code, detail, parameters=parameters)
 
 
 def install(application: FastAPI) -> None:

@@ -1,42 +1,21 @@
-"""Query parameters: strict types shared by all routes, and rejection of unknown parameters."""
+"""Query parameters: strict types shared by all routes."""
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Any
 
-from fastapi import Path, Query, Request
+from fastapi import Path, Query
 from pydantic import BeforeValidator
 from pydantic.config import JsonDict
 
-from multiradar.api.problems import parameter_error
-from multiradar_schemas.documents.names import did_you_mean
+from multiradar.access.parameters import NUMBER, number
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
 
-# ASCII only: float() and int() of Python also accept "1_0" and digits of other scripts.
-_NUMBER = re.compile(
-    r"[+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
-)
+# ASCII only: int() of Python also accepts "1_0" and digits of other scripts.
 _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 
 _ISO_8601_LENGTH_MAX = 40
-# Unknown parameters named in an answer.
-_SHOWN_MAX = 8
-
-
-def number(text: object) -> float:
-    """Return a number written in plain ASCII decimal notation.
-
-    Raises
-    ------
-    ValueError
-        When it has another form.
-    """
-    if not isinstance(text, str) or _NUMBER.fullmatch(text) is None:
-        msg = "expected a decimal number"
-        raise ValueError(msg)
-    return float(text)
 
 
 def integer(text: object) -> int:
@@ -61,7 +40,7 @@ def data_time(text: object) -> float:
     ValueError
         When it has another form or is out of range.
     """
-    plain = isinstance(text, str) and _NUMBER.fullmatch(text) is not None
+    plain = isinstance(text, str) and NUMBER.fullmatch(text) is not None
     time_s = number(text) if plain else _iso_8601(text)
     if not abs(time_s) < TIME_MAX_S:
         msg = f"expected a time within {TIME_MAX_S:g} s of the epoch"
@@ -84,7 +63,6 @@ def _iso_8601(text: object) -> float:
 
 
 # The bounds of a parameter stand before these: after a function, they are missing in OpenAPI.
-AsNumber = BeforeValidator(number)
 AsInteger = BeforeValidator(integer)
 AsTime = BeforeValidator(data_time)
 
@@ -153,27 +131,3 @@ TrackId = Annotated[
 SensorId = Annotated[
     str, Path(pattern=SENSOR_ID_PATTERN, description="Name of the sensor", examples=["41-10"])
 ]
-
-
-async def strict_query(request: Request) -> None:
-    """Reject unknown and repeated query parameters.
-
-    Raises
-    ------
-    RequestError
-        422 with the names of the parameters.
-    """
-    known = {field.alias for field in request.scope["route"].dependant.query_params}
-    given = Counter(name for name, _ in request.query_params.multi_items())
-    wrong = [name for name in given if name not in known]
-    if wrong:
-        names = ", ".join(sorted(known)) or "none"
-        # A suggestion takes a search, and a request has room for thousands of names.
-        shown = {
-            ascii(name)[1:-1][:64]: f"unknown parameter{did_you_mean(name, known)}; known: {names}"
-            for name in wrong[:_SHOWN_MAX]
-        }
-        raise parameter_error(shown, code="UNKNOWN_PARAMETER")
-    repeated = {name: "expected once" for name, count in given.items() if count > 1}
-    if repeated:
-        raise parameter_error(repeated)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import polars as pl
 from pydantic.config import JsonDict
 
-from multiradar.api.problems import parameter_error
-from multiradar.api.query import number
+from multiradar.access.parameters import number, parameter_error
 from multiradar.runtime.stream.region_marks import FIELDS
 from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.measurements.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG

@@ -7,11 +7,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from multiradar.access.clients import Caller
+from multiradar.access.parameters import AsNumber, strict_query
 from multiradar.access.requirement import FEED, OPERATE
 from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.access.turns import Turns
@@ -24,7 +25,6 @@ from multiradar.ingest.http_requests import (
     acknowledged,
     body_of,
     idempotency_key,
-    require_query,
     source_of,
 )
 from multiradar.runtime.live.receipt import Receipt, key_of_sender, receipt_json
@@ -139,7 +139,7 @@ def measurement_routes(
             f"/{name}",
             receive,
             methods=["POST"],
-            dependencies=[role],
+            dependencies=[role, Depends(strict_query)],
             response_model=Acknowledgement,
             responses=answers,
             openapi_extra=extra,
@@ -152,7 +152,7 @@ def measurement_routes(
 
 def _add_drain(router: APIRouter, drain: Callable[[], None]) -> None:
     @router.post(
-        "/drain", dependencies=[OPERATE], response_model=Draining,
+        "/drain", dependencies=[OPERATE, Depends(strict_query)], response_model=Draining,
         responses=_DRAIN_ANSWERS, description=_DRAIN_TEXT, name="post_drain",
     )  # fmt: skip
     async def post_drain(request: Request) -> Response:
@@ -170,7 +170,6 @@ class _Intake:
         self._turns = Turns(bounds.large_octets, bounds.large_octets_max)
 
     async def measurements(self, request: Request) -> Response:
-        require_query(request)
         media_type = _media_type(request)
         caller: Caller = request.state.caller
         key = idempotency_key(request)
@@ -205,16 +204,16 @@ class _Intake:
         request: Request,
         force: Annotated[bool, Query(description=_FORCE_TEXT)] = False,
     ) -> Response:
-        source, key = await _mark(request, "force")
+        source, key = await _mark(request)
         receipt = await self._acknowledged(
             lambda: self._sink.flush(source=source, idempotency_key=key, force=force), ENGINE_LATE
         )
         return await self._answered(receipt)
 
     async def set_clock(
-        self, request: Request, time_s: Annotated[Seconds, Query(description=_TIME_TEXT)]
+        self, request: Request, time_s: Annotated[Seconds, Query(description=_TIME_TEXT), AsNumber]
     ) -> Response:
-        source, key = await _mark(request, "time_s")
+        source, key = await _mark(request)
         SECURITY_LOG.info("clock_set", client=request.state.caller.name, time_s=time_s)
         receipt = await self._acknowledged(
             lambda: self._sink.set_clock(time_s, source=source, idempotency_key=key), ENGINE_LATE
@@ -229,9 +228,8 @@ class _Intake:
         return await loop.run_in_executor(self._threads, _answer, receipt)
 
 
-async def _mark(request: Request, *known: str) -> tuple[str, str | None]:
+async def _mark(request: Request) -> tuple[str, str | None]:
     """Return source and key of a message without measurements."""
-    require_query(request, *known)
     caller: Caller = request.state.caller
     key = key_of_sender(caller.name, idempotency_key(request))
     if await body_of(request):

@@ -66,17 +66,6 @@ async def body_of(request: Request) -> bytes:
     return bytes(body)
 
 
-def require_query(request: Request, *known: str) -> None:
-    """Reject unknown query parameters: 422 with their names."""
-    unknown = [name for name in request.query_params if name not in known]
-    if unknown:
-        names = [ascii(name)[1:-1][:64] for name in unknown[:8]]
-        reasons = dict.fromkeys(names, f"expected {' or '.join(known) or 'no parameters'}")
-        raise RequestError(
-            422, "UNKNOWN_PARAMETER", f"unknown: {', '.join(names)}", parameters=reasons
-        )
-
-
 async def acknowledged(
     submit: Callable[[], Future[Receipt]], late: str, threads: Executor, deadline_s: float
 ) -> Receipt:

@@ -4,11 +4,12 @@ import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from multiradar.access.clients import Caller
+from multiradar.access.parameters import strict_query
 from multiradar.access.requirement import DISPLAY, OPERATE
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError, RequestError
@@ -18,7 +19,6 @@ from multiradar.ingest.http_requests import (
     acknowledged,
     body_of,
     idempotency_key,
-    require_query,
     source_of,
 )
 from multiradar.runtime.live.receipt import key_of_sender
@@ -89,13 +89,12 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
 
     @router.get(
         "/{sensor_id}/configuration",
-        dependencies=[DISPLAY],
+        dependencies=[DISPLAY, Depends(strict_query)],
         response_model=Sensor,
         responses={404: {"description": "No such sensor"}},
     )
-    async def get_configuration(request: Request, sensor_id: SensorId) -> Response:
+    async def get_configuration(sensor_id: SensorId) -> Response:
         """Return the configuration of a sensor: the sensors file with all later changes."""
-        require_query(request)
         described = sink.describe_sensor(sensor_id)
         if described is None:
             raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor with the name {sensor_id}")
@@ -103,7 +102,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
 
     @router.put(
         "/{sensor_id}",
-        dependencies=[OPERATE],
+        dependencies=[OPERATE, Depends(strict_query)],
         response_model=SensorChanged,
         responses=_ANSWERS,
         openapi_extra=_REQUEST_BODY,
@@ -115,7 +114,6 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         dry_run: Annotated[Choice, Query(description=_DRY_RUN_TEXT)] = "false",
         reset_biases: Annotated[Choice, Query(description=_RESET_TEXT)] = "false",
     ) -> Response:
-        require_query(request, "dry_run", "reset_biases")
         caller: Caller = request.state.caller
         key = key_of_sender(caller.name, idempotency_key(request))
         values = _description(request, await body_of(request))

@@ -171,6 +171,7 @@ def test_the_status_agrees_with_the_service(session: zenoh.Session, service: Ser
         ("multiradar/v1/forecasts/999999", "NOT_FOUND"),
         ("multiradar/v1/forecasts/1?horizon_s=nan", "NOT_A_NUMBER"),
         ("multiradar/v1/forecasts/1?horizon_s=1_0", "NOT_A_NUMBER"),
+        ("multiradar/v1/forecasts/1?horizon_s= 10", "NOT_A_NUMBER"),
         ("multiradar/v1/forecasts/1?horizon_s=-5", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?probability=1", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?by=magic", "OUT_OF_RANGE"),

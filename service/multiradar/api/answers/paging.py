@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import polars as pl
 
-from multiradar.api.problems import parameter_error
+from multiradar.access.parameters import parameter_error
 from multiradar.errors import RequestError
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 

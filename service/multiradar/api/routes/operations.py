@@ -6,12 +6,13 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
+from multiradar.access.parameters import strict_query
 from multiradar.access.requirement import DISPLAY, PUBLIC
 from multiradar.api.access import Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.documents import Health, Readiness, RejectPage, Status
 from multiradar.api.answers.tables import json_response
-from multiradar.api.query import INTEGER_MOST, AsInteger, Limit, strict_query
+from multiradar.api.query import INTEGER_MOST, AsInteger, Limit
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
 from multiradar_schemas.reject import RejectCode

@@ -6,11 +6,12 @@ from fastapi import APIRouter, Depends, Path
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
+from multiradar.access.parameters import strict_query
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.answers.encoding import GEOJSON
 from multiradar.api.answers.tables import json_response
-from multiradar.api.query import AsInteger, strict_query
+from multiradar.api.query import AsInteger
 from multiradar.errors import RequestError
 from multiradar.storage.overlays import FILES_MAX, Overlays
 

@@ -9,13 +9,13 @@ from typing import Annotated, NamedTuple
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
+from multiradar.access.parameters import parameter_error, strict_query
 from multiradar.access.requirement import DISPLAY, PUBLIC
 from multiradar.access.shares import CLIENT
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.pages import PAGE_HEADER
-from multiradar.api.problems import parameter_error
-from multiradar.api.query import INTEGER_MOST, AsInteger, AsTime, At, strict_query, time_query
+from multiradar.api.query import INTEGER_MOST, AsInteger, AsTime, At, time_query
 from multiradar.api.selection import BOX_FORM, bounding_box
 from multiradar.errors import RequestError
 from multiradar.runtime.picture.air_picture import Asked

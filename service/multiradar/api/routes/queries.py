@@ -9,12 +9,12 @@ from fastapi import APIRouter, Depends
 from fastapi import Query as QueryInformation
 from starlette.responses import Response
 
+from multiradar.access.parameters import AsNumber, parameter_error, strict_query
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.answers.tables import json_response
-from multiradar.api.problems import parameter_error
-from multiradar.api.query import AsInteger, AsNumber, At, TrackId, strict_query
+from multiradar.api.query import AsInteger, At, TrackId
 from multiradar.errors import ForecastError, RequestError
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query

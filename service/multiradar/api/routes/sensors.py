@@ -6,14 +6,14 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
+from multiradar.access.parameters import parameter_error, strict_query
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
 from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time
 from multiradar.api.answers.tables import json_response
-from multiradar.api.problems import parameter_error
-from multiradar.api.query import AsInteger, At, SensorId, Since, TimeCursor, strict_query
+from multiradar.api.query import AsInteger, At, SensorId, Since, TimeCursor
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import View
 from multiradar.runtime.queries.registry import BIASES

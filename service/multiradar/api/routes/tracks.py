@@ -7,6 +7,7 @@ import polars as pl
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
+from multiradar.access.parameters import strict_query
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Granted
 from multiradar.api.answers.documents import (
@@ -38,7 +39,6 @@ from multiradar.api.query import (
     TrackCursor,
     TrackId,
     list_form,
-    strict_query,
 )
 from multiradar.api.routes.queries import track_not_found
 from multiradar.api.selection import (

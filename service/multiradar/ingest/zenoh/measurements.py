@@ -9,8 +9,9 @@ import json
 from collections.abc import Callable
 from concurrent.futures import Future
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
+from multiradar.access.parameters import number
 from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.errors import (
     IdempotencyConflictError,
@@ -248,8 +249,8 @@ def _require_known(request: Request, known: frozenset[str]) -> None:
 
 def _time_s(text: str) -> float:
     try:
-        return _TIME_S.validate_python(text)
-    except ValidationError as error:
+        return _TIME_S.validate_python(number(text))
+    except ValueError as error:
         raise PayloadError(
             "INVALID_PARAMETER", "time_s: expected a data time in seconds"
         ) from error

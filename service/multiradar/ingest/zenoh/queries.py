@@ -7,6 +7,7 @@ from functools import partial
 from math import inf
 from typing import Any
 
+from multiradar.access.parameters import number
 from multiradar.clock import SystemClock
 from multiradar.errors import DeadlineError, ForecastError, RequestError
 from multiradar.ingest.zenoh.bus import Request, wrong_parameters
@@ -248,7 +249,7 @@ def _value(parameter: Parameter, given: Mapping[str, str]) -> float | str | None
     if parameter.kind is int:
         return _whole(given, parameter.name, 0)
     try:
-        value = float(text) if text.isascii() and "_" not in text else math.nan
+        value = number(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -361,6 +361,21 @@ async def test_query_parameters_are_rejected(client: httpx.AsyncClient) -> None:
     assert answer.json()["errors"][0]["parameter"] == "dry_run"
 
 
+@pytest.mark.parametrize(
+    "query",
+    [
+        "flush?force=false&force=true", "clock?time_s=1&time_s=2", "clock?time_s=1_000",
+        "clock?time_s=%201", "clock?time_s=1%20", "clock?time_s=nan",
+    ],
+)  # fmt: skip
+async def test_repeated_parameters_and_unusual_numbers_are_rejected(
+    client: httpx.AsyncClient, service: FakeService, query: str
+) -> None:
+    answer = await client.post(f"/v1/{query}")
+    assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+    assert (service.flushes, service.clocks) == ([], [])
+
+
 async def test_an_arrow_table_written_by_polars_is_taken(client: httpx.AsyncClient) -> None:
     sink = io.BytesIO()
     pl.DataFrame([_PLOT]).write_ipc_stream(sink)

@@ -113,11 +113,15 @@ async def test_thousands_of_keys_do_not_delay_others(
     assert f"expected at most {KEYS_MAX} keys" in answer.json()["detail"]
 
 
-async def test_wrong_requests_are_rejected(client: httpx.AsyncClient) -> None:
+async def test_wrong_requests_are_rejected(client: httpx.AsyncClient, service: FakeService) -> None:
     described = await _described(client)
     assert (await client.put(_OWN, content=b"{}")).status_code == 415
     for path in (f"{_OWN}?dry_run=yes", f"{_OWN}?dry=true", "/v1/sensors/a%20b"):
         assert (await client.put(path, json=described)).status_code == 422, path
     assert (await client.put("/v1/sensors/..%2Fx", json=described)).status_code in (404, 405)
+    for name in ("dry_run", "reset_biases"):
+        answer = await client.put(f"{_OWN}?{name}=true&{name}=false", json=described)
+        assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+    assert service.sensor_changes == []
     missing = await client.get("/v1/sensors/99-9/configuration")
     assert (missing.status_code, missing.json()["code"]) == (404, "SENSOR_NOT_FOUND")

@@ -181,6 +181,8 @@ def test_the_end_of_a_stream_can_be_marked(scene: Scene) -> None:
         ("clock", {"time_s": "1700000000.5"}, None),
         ("clock", {}, "INVALID_PARAMETER"),
         ("clock", {"time_s": "nan"}, "INVALID_PARAMETER"),
+        ("clock", {"time_s": "1_000"}, "INVALID_PARAMETER"),
+        ("clock", {"time_s": " 1"}, "INVALID_PARAMETER"),
         ("clock", {"time_s": "1", "force": "true"}, "UNKNOWN_PARAMETER"),
         ("flush", {}, "STREAM_IS_LIVE"),
         ("flush", {"force": "yes"}, "INVALID_PARAMETER"),
