@@ -95,6 +95,11 @@ def test_a_query_with_a_number_gets_the_following_updates(
     own = answers(session, f"multiradar/v1/tracks/{track}?after=0")
     assert own
     assert {document["track_id"] for _, document, _ in own} == {track}
+    # The first update of the last track follows those of others.
+    newest = max(service.view.tracks()["track_id"])
+    ((_, first, _),) = answers(session, f"multiradar/v1/tracks/{newest}?after=0;limit=1")
+    assert first["track_id"] == newest
+    assert first["sequence"] > 1
 
 
 def test_a_forecast_has_a_covariance_that_grows(session: zenoh.Session, service: Service) -> None:

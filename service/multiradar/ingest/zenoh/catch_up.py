@@ -46,7 +46,9 @@ class CatchUp:
                 self._updates.clear()
             self._updates.append(update)
 
-    def after(self, sequence: int, limit: int) -> tuple[list[NumberedUpdate], int]:
+    def after(
+        self, sequence: int, limit: int, key: str | None = None
+    ) -> tuple[list[NumberedUpdate], int]:
         """Return the updates after a number.
 
         Parameters
@@ -55,18 +57,23 @@ class CatchUp:
             Last known number; 0 for none.
         limit : int
             Maximum number of updates to return.
+        key : str, optional
+            Return only updates with this key; default: those of all tracks.
 
         Returns
         -------
         updates : list of NumberedUpdate
             By ascending number.
         lost : int
-            Number of updates after `sequence` that are no longer retained.
+            Number of updates after `sequence` that are no longer retained, of all tracks.
         """
         with self._lock:
             if not self._updates:
                 return [], 0
             oldest = self._updates[0].sequence
             start = bisect_left(self._updates, sequence + 1, key=lambda one: one.sequence)
-            found = list(islice(self._updates, start, start + limit))
+            end = start + limit if key is None else None
+            found = list(islice(self._updates, start, end))
+        if key is not None:
+            found = list(islice((one for one in found if one.key == key), limit))
         return found, max(oldest - sequence - 1, 0)

@@ -158,16 +158,15 @@ class Answers:
     def _updates_after(self, request: Request, name: str | None) -> None:
         after = _whole(request.parameters, "after", 0)
         limit = min(_whole(request.parameters, "limit", CATCH_UP_LIMIT), CATCH_UP_LIMIT)
-        updates, lost = self._catch_up.after(after, limit)
+        wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
+        updates, lost = self._catch_up.after(after, limit, wanted)
         if lost:
             reason = (
                 f"the {lost} updates after {after} are no longer available; later updates follow"
             )
             self._reject(request, "GAP", reason)
-        wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
         for update in updates:
-            if wanted is None or update.key == wanted:
-                request.reply(update.key, update.payload, b"%d" % update.sequence)
+            request.reply(update.key, update.payload, b"%d" % update.sequence)
 
     def _biases(self, request: Request) -> None:
         for sensor in self._asked_for(request):

@@ -131,6 +131,18 @@ def test_catching_up_says_what_is_lost() -> None:
     assert catch_up.after(30, 100) == ([], 0)
 
 
+def test_the_limit_counts_the_updates_of_the_wanted_track() -> None:
+    catch_up = CatchUp(100)
+    for number in range(1, 31):
+        key = TRACK_7 if number % 10 == 0 else "multiradar/v1/tracks/9"
+        catch_up.append(NumberedUpdate(number, key, b""))
+    after, received = 0, []
+    while updates := catch_up.after(after, 2, TRACK_7)[0]:
+        received += [update.sequence for update in updates]
+        after = received[-1]
+    assert received == [10, 20, 30]
+
+
 def test_catching_up_restarts_when_the_journal_is_replayed() -> None:
     catch_up = CatchUp(10)
     for number in (1, 2, 3, 1, 2):
