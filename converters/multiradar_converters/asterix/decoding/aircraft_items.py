@@ -18,9 +18,14 @@ age                                 295; 072, 075 beside the      295
                                     time of the position
 ==================  ==============  ============================  ==========================
 
-An item precedes the register. Editions before 1.0 of category 021 have no bit for exceeded ranges;
+An item precedes the register. Of two items, the first one counts that is neither too old by its own
+age nor beyond its range. Editions before 1.0 of category 021 have no bit for exceeded ranges;
 their rate of turn, and that of 062/380, has a direction (TI), which must not contradict its sign.
 """
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,6 +48,11 @@ _AIRSPEED_STEP_M_S = NAUTICAL_MILE_M / 16384.0
 _MILES = NAUTICAL_MILE_M
 _LEFT, _RIGHT = 1, 2
 _DAY_S = 86_400.0
+
+# Values of an item, NaN for absent, and the name of its age in item 295.
+_Item = tuple[Numbers, str]
+# Items of each quantity, the preferred one first.
+_Items = Mapping[int, Sequence[_Item]]
 
 
 def aircraft_data(category: int, columns: Columns, height_m: Numbers) -> tuple[Numbers, Integers]:
@@ -79,42 +89,32 @@ def track_data(columns: Columns, height_m: Numbers) -> tuple[Numbers, Integers]:
     values = values if values.shape[1] else q.absent(len(columns))
     mach = columns.integers("380/IAS", "IM") == 1
     airspeed = columns.numbers("380/IAS", "IAS")
-    given = {
-        q.MAGNETIC_HEADING: columns.numbers("380/MHG"),
-        q.ROLL: columns.numbers("380/RAN"),
-        q.TRACK_ANGLE: columns.numbers("380/TAN"),
-        q.TRACK_ANGLE_RATE: _turn(columns, "380/TAR", "380/TAR"),
-        q.GROUND_SPEED: columns.numbers("380/GS") * _MILES,
-        q.TRUE_AIRSPEED: columns.numbers("380/TAS") * KNOT_MPS,
-        q.INDICATED_AIRSPEED: q.first_of(
-            columns.numbers("380/IAR") * KNOT_MPS,
-            np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S),
-        ),
-        q.MACH: q.first_of(
-            columns.numbers("380/MAC"), np.where(mach, airspeed * _MACH_STEP, np.nan)
-        ),
-        q.VERTICAL_RATE: q.FOOT_PER_MIN_M_S
-        * q.first_of(columns.numbers("380/GVR"), columns.numbers("380/BVR")),
-        q.SELECTED_ALTITUDE: FOOT_M
-        * q.first_of(columns.numbers("380/SAL", "ALT"), columns.numbers("380/FSS", "ALT")),
+    accepted = _Acceptance(columns, TRACK_AGE_MAX_S, columns.numbers("295/MB"))
+    items = {
+        q.MAGNETIC_HEADING: [(columns.numbers("380/MHG"), "MHG")],
+        q.ROLL: [(columns.numbers("380/RAN"), "RAN")],
+        q.TRACK_ANGLE: [(columns.numbers("380/TAN"), "TAN")],
+        q.TRACK_ANGLE_RATE: [(_turn(columns, "380/TAR", "380/TAR"), "TAR")],
+        q.GROUND_SPEED: [(columns.numbers("380/GS") * _MILES, "GSP")],
+        q.TRUE_AIRSPEED: [(columns.numbers("380/TAS") * KNOT_MPS, "TAS")],
+        q.INDICATED_AIRSPEED: [
+            (columns.numbers("380/IAR") * KNOT_MPS, "IAR"),
+            (np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S), "IAS"),
+        ],
+        q.MACH: [
+            (columns.numbers("380/MAC"), "MAC"),
+            (np.where(mach, airspeed * _MACH_STEP, np.nan), "IAS"),
+        ],
+        q.VERTICAL_RATE: [
+            (columns.numbers("380/GVR") * q.FOOT_PER_MIN_M_S, "GVR"),
+            (columns.numbers("380/BVR") * q.FOOT_PER_MIN_M_S, "BVR"),
+        ],
+        q.SELECTED_ALTITUDE: [
+            (columns.numbers("380/SAL", "ALT") * FOOT_M, "SAL"),
+            (columns.numbers("380/FSS", "ALT") * FOOT_M, "FSS"),
+        ],
     }
-    _put(values, given)
-    ages = {
-        q.MAGNETIC_HEADING: "MHG",
-        q.ROLL: "RAN",
-        q.TRACK_ANGLE: "TAN",
-        q.TRACK_ANGLE_RATE: "TAR",
-        q.GROUND_SPEED: "GSP",
-        q.TRUE_AIRSPEED: "TAS",
-        q.INDICATED_AIRSPEED: "IAR",
-        q.MACH: "MAC",
-        q.VERTICAL_RATE: "BVR",
-        q.SELECTED_ALTITUDE: "SAL",
-    }
-    for quantity, name in ages.items():
-        limit = SELECTED_AGE_MAX_S if quantity == q.SELECTED_ALTITUDE else TRACK_AGE_MAX_S
-        findings += _too_old(values, quantity, columns.numbers(f"295/{name}"), limit)
-    return _checked(values, height_m, findings)
+    return _checked(values, height_m, findings + accepted.put(values, items))
 
 
 _ADSB = 21
@@ -145,71 +145,86 @@ def _of_adsb(columns: Columns) -> tuple[Numbers, list[Finding]]:
     airspeed = np.where(raw < 0, np.nan, raw.astype(np.float64))
     mach = columns.integers("150", "IM") == 1
     speed, track = columns.numbers("160", "GS"), columns.numbers("160", "TA")
-    given = {
-        q.MAGNETIC_HEADING: columns.numbers("152"),
-        q.ROLL: columns.numbers("230"),
-        q.TRACK_ANGLE: track,
-        q.TRACK_ANGLE_RATE: (
-            _turn(columns, "165", "165+1", "ROT") if old else columns.numbers("165", "TAR")
-        ),
-        q.GROUND_SPEED: speed * _MILES,
-        q.TRUE_AIRSPEED: columns.numbers("151", "VALUE" if old else "TAS") * KNOT_MPS,
-        q.INDICATED_AIRSPEED: np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S),
-        q.MACH: np.where(mach, airspeed * _MACH_STEP, np.nan),
-        q.VERTICAL_RATE: q.FOOT_PER_MIN_M_S
-        * q.first_of(
-            columns.numbers("157", "VALUE" if old else "GVR"),
-            columns.numbers("155", "VALUE" if old else "BVR"),
-        ),
-        q.SELECTED_ALTITUDE: FOOT_M
-        * q.first_of(columns.numbers("146", "ALT"), columns.numbers("148", "ALT")),
+    items = {
+        q.MAGNETIC_HEADING: [(columns.numbers("152"), "MH")],
+        q.ROLL: [(columns.numbers("230"), "ROA")],
+        q.TRACK_ANGLE: [(track, "GV")],
+        q.TRACK_ANGLE_RATE: [
+            (_turn(columns, "165", "165+1", "ROT") if old else columns.numbers("165", "TAR"), "TAR")
+        ],
+        q.GROUND_SPEED: [(speed * _MILES, "GV")],
+        q.TRUE_AIRSPEED: [(columns.numbers("151", "VALUE" if old else "TAS") * KNOT_MPS, "TAS")],
+        q.INDICATED_AIRSPEED: [(np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S), "AS")],
+        q.MACH: [(np.where(mach, airspeed * _MACH_STEP, np.nan), "AS")],
+        q.VERTICAL_RATE: [
+            (columns.numbers("157", "VALUE" if old else "GVR") * q.FOOT_PER_MIN_M_S, "GVR"),
+            (columns.numbers("155", "VALUE" if old else "BVR") * q.FOOT_PER_MIN_M_S, "BVR"),
+        ],
+        q.SELECTED_ALTITUDE: [
+            (columns.numbers("146", "ALT") * FOOT_M, "SAL"),
+            (columns.numbers("148", "ALT") * FOOT_M, "FSA"),
+        ],
     }
-    _put(values, given)
-    for node, quantities in (
-        ("151", (q.TRUE_AIRSPEED,)),
-        ("155", (q.VERTICAL_RATE,)),
-        ("157", (q.VERTICAL_RATE,)),
-        ("160", (q.GROUND_SPEED, q.TRACK_ANGLE)),
-    ):
-        exceeded = columns.flags(node, "RE")
-        if exceeded.any():
-            findings.append(Finding("range_exceeded", quantities, exceeded))
-    return values, findings + _old_adsb(columns, values)
-
-
-def _old_adsb(columns: Columns, values: Numbers) -> list[Finding]:
-    """Return the values that are older than the position."""
-    ages = {
-        q.MAGNETIC_HEADING: "MH",
-        q.ROLL: "ROA",
-        q.TRACK_ANGLE: "GV",
-        q.TRACK_ANGLE_RATE: "TAR",
-        q.GROUND_SPEED: "GV",
-        q.TRUE_AIRSPEED: "TAS",
-        q.INDICATED_AIRSPEED: "AS",
-        q.MACH: "AS",
-        q.VERTICAL_RATE: "BVR",
-        q.SELECTED_ALTITUDE: "SAL",
+    exceeded = {
+        name: columns.flags(node, "RE")
+        for name, node in (("TAS", "151"), ("BVR", "155"), ("GVR", "157"), ("GV", "160"))
     }
-    found = []
-    for quantity, name in ages.items():
-        limit = SELECTED_AGE_MAX_S if quantity == q.SELECTED_ALTITUDE else AGE_MAX_S
-        found += _too_old(values, quantity, columns.numbers(f"295/{name}"), limit)
+    accepted = _Acceptance(columns, AGE_MAX_S, np.full(len(columns), np.nan), exceeded)
+    findings += accepted.put(values, items)
     position = q.first_of(columns.numbers("073"), columns.numbers("071"))
     velocity = q.first_of(columns.numbers("075"), columns.numbers("072"))
     late = np.abs((velocity - position + _DAY_S / 2.0) % _DAY_S - _DAY_S / 2.0) > AGE_MAX_S
     late &= np.isfinite(values[:, MOTION]).any(axis=1)
-    return [*found, Finding("age", MOTION, late)] if late.any() else found
+    return values, [*findings, Finding("age", MOTION, late)] if late.any() else findings
 
 
-def _too_old(values: Numbers, quantity: int, age_s: Numbers, limit_s: float) -> list[Finding]:
-    old: Flags = (age_s > limit_s) & ~np.isnan(values[:, quantity])
-    return [Finding("age", (quantity,), old)] if old.any() else []
+class _Acceptance(NamedTuple):
+    """Which items are accepted: by their own ages and ranges.
 
+    Attributes
+    ----------
+    columns : Columns
+        The records.
+    age_max_s : float
+        Maximum age, s, other than of a selected altitude.
+    register_age_s : float64[n]
+        Age of the registers, s; NaN for that of the items they are read in place of.
+    exceeded : mapping of bool[n]
+        Where the range of an item is exceeded, by the name of its age.
+    """
 
-def _put(values: Numbers, given: dict[int, Numbers]) -> None:
-    for quantity, column in given.items():
-        values[:, quantity] = q.first_of(column, values[:, quantity])
+    columns: Columns
+    age_max_s: float
+    register_age_s: Numbers
+    exceeded: Mapping[str, Flags] = MappingProxyType({})
+
+    def put(self, values: Numbers, items: _Items) -> list[Finding]:
+        """Put the first accepted item of each quantity before its register, in place."""
+        return [one for quantity, own in items.items() for one in self._put(values, quantity, own)]
+
+    def _put(self, values: Numbers, quantity: int, items: Sequence[_Item]) -> list[Finding]:
+        limit_s = SELECTED_AGE_MAX_S if quantity == q.SELECTED_ALTITUDE else self.age_max_s
+        ages_s = [self.columns.numbers(f"295/{name}") for _, name in items]
+        within = [
+            np.where(self.exceeded[name], np.nan, item) if name in self.exceeded else item
+            for item, name in items
+        ]
+        fresh = q.first_of(
+            *(
+                np.where(age_s > limit_s, np.nan, item)
+                for item, age_s in zip(within, ages_s, strict=True)
+            )
+        )
+        known = ~np.isnan(q.first_of(*(item for item, _ in items)))
+        in_range = ~np.isnan(q.first_of(*within))
+        register_age_s = q.first_of(self.register_age_s, np.fmax.reduce(ages_s))
+        register = values[:, quantity]
+        stale = ~np.isnan(register) & (register_age_s > limit_s)
+        # An item that is not accepted is not replaced by a register of unknown age.
+        old = np.where(known, in_range & np.isnan(fresh), stale)
+        values[:, quantity] = np.where(known, fresh, register)
+        found = (("age", old), ("range_exceeded", known & ~in_range))
+        return [Finding(reason, (quantity,), where) for reason, where in found if where.any()]
 
 
 def _turn(columns: Columns, direction: str, node: str, field: str = "ROT") -> Numbers:
