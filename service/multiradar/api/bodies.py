@@ -1,6 +1,8 @@
 """The bodies of all requests in memory: bounded together and by client, slow ones ended first."""
 
 import asyncio
+from collections.abc import AsyncIterator, Iterable
+from contextlib import asynccontextmanager
 
 from multiradar.access.shares import Shares
 from multiradar.errors import RequestError
@@ -29,10 +31,14 @@ class Body:
         self._late = f"the body did not arrive within {duration_s} s"
         self._waiting: asyncio.Timeout | None = None
 
-    def deadline(self) -> asyncio.Timeout:
-        """Return a context that ends what waits for the body at its deadline."""
-        self._waiting = asyncio.timeout_at(self._until_s)
-        return self._waiting
+    @asynccontextmanager
+    async def deadline(self) -> AsyncIterator[None]:
+        """End what waits for the body, within this context, at its deadline."""
+        try:
+            async with asyncio.timeout_at(self._until_s) as self._waiting:
+                yield
+        finally:
+            self._waiting = None
 
     def hold(self, count: int) -> None:
         """Hold a piece; other bodies that have been arriving for longer may end for it.
@@ -45,7 +51,7 @@ class Body:
         self._bodies.add(self, count)
 
     def arrived(self) -> None:
-        """Note that it is complete: it is not ended for others any more."""
+        """Note that it is complete, or rejected: it is not ended for others any more."""
         self._bodies.arrived(self)
 
     def release(self) -> None:
@@ -59,7 +65,8 @@ class Body:
             "the body arrived too slowly, and its memory was released for other requests; "
             "send it again"
         )
-        if self._waiting is not None:
+        # One that has just expired can no longer be changed.
+        if self._waiting is not None and not self._waiting.expired():
             self._waiting.reschedule(self._until_s)
 
     def error(self) -> RequestError:
@@ -93,7 +100,7 @@ class Bodies:
         body.held += count
 
     def arrived(self, body: Body) -> None:
-        """Note that a body is complete."""
+        """Note that a body is complete, or rejected."""
         self._arriving.pop(body, None)
 
     def release(self, body: Body) -> None:
@@ -103,10 +110,30 @@ class Bodies:
         body.held = 0
 
     def _make_room(self, body: Body, count: int) -> None:
-        for other in list(self._arriving):
-            of_client = self._shares.held(body.client) + count > self._each
-            if not of_client and self._shares.total + count <= self._whole:
-                return
-            if other is not body and (not of_client or other.client == body.client):
-                other.end()
-                self.release(other)
+        of_client, of_all = self._excess(body, count)
+        if of_client <= 0 and of_all <= 0:
+            return
+        others = [one for one in self._arriving if one is not body]
+        own = [one for one in others if one.client == body.client]
+        if of_client > _held(own) or of_all > _held(others):
+            # Bodies that have arrived fill the bound: ending others gains nothing.
+            return
+        for one in own:
+            if self._excess(body, count)[0] > 0:
+                self._end(one)
+        for one in list(self._arriving):
+            if one is not body and self._excess(body, count)[1] > 0:
+                self._end(one)
+
+    # Octets beyond the bounds of the client and of all with another piece.
+    def _excess(self, body: Body, count: int) -> tuple[int, int]:
+        of_client = self._shares.held(body.client) + count - self._each
+        return of_client, self._shares.total + count - self._whole
+
+    def _end(self, body: Body) -> None:
+        body.end()
+        self.release(body)
+
+
+def _held(bodies: Iterable[Body]) -> int:
+    return sum(one.held for one in bodies)

@@ -103,6 +103,18 @@ class Exchange:
         if self._body_complete:
             return await self._receive()
         try:
+            message = await self._next_piece()
+        except BaseException:
+            # It is not read any more: what it holds is given back with the end of the request.
+            self._body.arrived()
+            raise
+        if not message.get("more_body", False):
+            self._body.arrived()
+            self.on_body()
+        return message
+
+    async def _next_piece(self) -> Message:
+        try:
             async with self._body.deadline():
                 message = await self._receive()
         except TimeoutError as error:
@@ -113,9 +125,6 @@ class Exchange:
         self._body.hold(count)
         if self._body_bytes > self._limits.body_bytes_max:
             raise self._too_large()
-        if self._body_complete:
-            self._body.arrived()
-            self.on_body()
         return message
 
     async def send(self, message: Message) -> None:

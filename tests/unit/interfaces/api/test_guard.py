@@ -14,13 +14,15 @@ from structlog.testing import capture_logs
 
 from multiradar.access.authentication import Authentication
 from multiradar.access.shares import client_at
+from multiradar.api.bodies import Bodies, Body
 from multiradar.api.factory import create_api
+from multiradar.errors import RequestError
 from multiradar.ingest.http import measurement_routes
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.settings.limits import HttpLimits
 from support.access import KEYS, authentication
 from support.fakes.fake_service import FakeService
-from support.processes.waiting import wait_until
+from support.processes.waiting import pause, wait_until
 
 LIMITS = HttpLimits(requests_max=3, threads=8, body_bytes_max=1_000, bodies_bytes_max=1_500)
 
@@ -82,6 +84,79 @@ async def test_the_body_that_has_been_arriving_longest_ends_for_others(
     ended = await slow
     assert (ended.status_code, ended.json()["code"]) == (408, "BODY_TIMEOUT")
     assert "released for other requests" in ended.json()["detail"]
+
+
+async def test_a_rejected_body_whose_rest_is_discarded_is_not_ended_for_others(
+    narrow: httpx.AsyncClient,
+) -> None:
+    rejected, rest = asyncio.Event(), asyncio.Event()
+
+    async def too_large() -> AsyncIterator[bytes]:
+        yield b"\n" * 900
+        yield b"\n" * 200
+        rejected.set()
+        await rest.wait()
+        yield b"\n"
+
+    large = asyncio.create_task(
+        narrow.post("/v1/measurements", content=too_large(), headers=NDJSON)
+    )
+    await rejected.wait()
+    other = await narrow.post("/v1/measurements", content=b"\n" * 700, headers=NDJSON)
+    assert (other.status_code, other.json()["code"]) == (503, "TOO_MANY_BODIES")
+    rest.set()
+    assert (await large).status_code == 413
+    again = await narrow.post("/v1/measurements", content=b"\n" * 700, headers=NDJSON)
+    assert again.status_code == 200
+
+
+async def test_a_body_that_has_just_expired_gives_room_to_others() -> None:
+    bodies = Bodies(LIMITS)
+    loop = asyncio.get_running_loop()
+    slow, other = Body(bodies, "a", 0.01), Body(bodies, "b", 1.0)
+    slow.hold(1_000)
+
+    async def receive() -> None:
+        async with slow.deadline():
+            await asyncio.Event().wait()
+
+    waiting = asyncio.create_task(receive())
+    await asyncio.sleep(0.0)
+    # Both are due at the same turn of the loop, its deadline first.
+    loop.call_later(0.02, other.hold, 1_000)
+    loop.call_soon(pause, 0.03)
+    with pytest.raises(TimeoutError):
+        await waiting
+    assert (slow.held, other.held) == (0, 1_000)
+
+
+def _holding(bodies: Bodies, client: str, count: int) -> Body:
+    body = Body(bodies, client, 10.0)
+    body.hold(count)
+    return body
+
+
+async def test_no_body_is_ended_where_that_makes_no_room() -> None:
+    bodies = Bodies(replace(LIMITS, client_bodies_bytes_max=1_200))
+    arriving, complete = _holding(bodies, "a", 300), _holding(bodies, "b", 900)
+    complete.arrived()
+    for client, status in (("c", 503), ("b", 429)):
+        with pytest.raises(RequestError) as rejected:
+            _holding(bodies, client, 700)
+        assert rejected.value.status == status
+    assert (arriving.held, complete.held) == (300, 900)
+    # What is possible is not rejected.
+    assert _holding(bodies, "c", 600).held == 600
+    assert arriving.held == 0
+
+
+async def test_bodies_of_the_same_client_end_first_and_then_those_of_others() -> None:
+    bodies = Bodies(replace(LIMITS, client_bodies_bytes_max=700))
+    complete = _holding(bodies, "a", 500)
+    complete.arrived()
+    other, own = _holding(bodies, "b", 700), _holding(bodies, "c", 300)
+    assert _holding(bodies, "c", 500).held == 500
+    assert (complete.held, other.held, own.held) == (500, 0, 0)
 
 
 async def test_bodies_that_have_arrived_are_bounded_together_and_by_client(
