@@ -85,8 +85,15 @@ def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:
 
 def is_local(endpoint: str) -> bool:
     """Return whether a Zenoh endpoint such as `tcp/127.0.0.1:7447` is of this machine only."""
-    protocol, _, rest = endpoint.partition("/")
+    protocol, _, address = locator(endpoint).partition("/")
     if protocol.startswith("unix"):
         return True
-    address = rest.partition("#")[0].partition("?")[0]
     return is_loopback(address.rpartition(":")[0])
+
+
+def locator(endpoint: str) -> str:
+    """Return protocol and address of a Zenoh endpoint such as `tls/router:7447?…#…`.
+
+    The rest may name files or contain a private key: it is neither logged nor reported.
+    """
+    return endpoint.partition("#")[0].partition("?")[0]

@@ -72,6 +72,20 @@ def test_a_client_without_its_router_reports_an_error() -> None:
     assert "/src/" not in str(caught.value)
 
 
+def test_of_an_endpoint_only_protocol_and_address_are_reported() -> None:
+    endpoint, secret = free_endpoint(), "#private_key_base64=c2VjcmV0"
+    options = ZenohOptions(
+        listen=(f"{endpoint}{secret}",), connect=(f"tcp/127.0.0.1:1?rel=1{secret}",)
+    )
+    bus = ZenohBus(options)
+    assert (bus.endpoints, bus.unreachable) == ((endpoint,), ("tcp/127.0.0.1:1",))
+    bus.close()
+    for wrong in ("tcp/192.0.2.1:1", "192.0.2.1:1"):
+        with pytest.raises(ConfigurationError, match=wrong) as caught:
+            ZenohBus(ZenohOptions(listen=(f"{wrong}{secret}",)))
+        assert "private_key" not in str(caught.value)
+
+
 def test_a_port_in_use_is_an_error_at_the_start() -> None:
     with (
         gateway(StreamingView()) as running,

@@ -58,7 +58,7 @@ class Bus(Inlet, Outlet, Protocol):
 
     @property
     def unreachable(self) -> Sequence[str]:
-        """Configured endpoints without a link."""
+        """Configured endpoints without a link, each as protocol and address."""
         ...
 
     def announce(self) -> None:
@@ -200,7 +200,11 @@ class ZenohGateway:
         unreachable = () if self._bus is None else self._bus.unreachable
         if not unreachable:
             return None
-        return Reason(ZENOH_LOST, f"no Zenoh link to {', '.join(unreachable)}; still retrying")
+        # Without the endpoints: anybody may ask. The log and the status name them.
+        return Reason(
+            ZENOH_LOST,
+            f"no Zenoh link to {len(unreachable)} of the configured endpoints; still retrying",
+        )
 
     # ---------------------------------------------------------------- inside
 

@@ -19,14 +19,14 @@ import json
 import re
 import socket
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
 import zenoh
 import zenoh.ext
 
-from multiradar.access.exposure import is_local
+from multiradar.access.exposure import is_local, locator
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.access_control import access_control, handover_control
@@ -104,7 +104,8 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
         source = "settings" if options.config_file is None else str(options.config_file)
-        raise ConfigurationError(f"{source}: {first_line(error)}") from error
+        reason = first_line(error, (*options.listen, *options.connect))
+        raise ConfigurationError(f"{source}: {reason}") from error
     return config
 
 
@@ -169,7 +170,7 @@ def require_guarded(options: ZenohOptions, setting: str = "zenoh.listen") -> Non
             continue
         reason = (
             f"{setting}: expected a loopback address, or tls/… with client certificates "
-            f"(access.client_authority), was {endpoint}"
+            f"(access.client_authority), was {locator(endpoint)}"
         )
         if not options.access.insecure:
             raise ConfigurationError(
@@ -217,15 +218,15 @@ class ZenohBus:
     def __init__(self, options: ZenohOptions) -> None:
         config = zenoh_config(_with_ports(options))
         _guard(config, options)
+        listen, connect = _endpoints(config, "listen"), _endpoints(config, "connect")
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise ConfigurationError(
-                f"cannot open the Zenoh session: {first_line(error)}"
-            ) from error
+            reason = first_line(error, (*listen, *connect))
+            raise ConfigurationError(f"cannot open the Zenoh session: {reason}") from error
         self.counts = BusCounts()
-        self.endpoints = _endpoints(config, "listen")
-        self._connected_to = _endpoints(config, "connect")
+        self.endpoints = tuple(map(locator, listen))
+        self._connected_to = tuple(map(locator, connect))
         self.instance = str(self._session.zid())
         self._declared: list[Any] = []
 
@@ -236,7 +237,7 @@ class ZenohBus:
 
     @property
     def unreachable(self) -> tuple[str, ...]:
-        """Configured endpoints without a link.
+        """Configured endpoints without a link, each as protocol and address.
 
         Links are known by address, endpoints by name: protocol and port are compared.
         """
@@ -367,9 +368,9 @@ def _endpoints(config: zenoh.Config, side: str) -> tuple[str, ...]:
     return tuple(str(endpoint) for endpoint in found)
 
 
-# Protocol and port of an endpoint, such as `tcp/router:7447?…#…`.
+# Protocol and port of an endpoint.
 def _port(endpoint: str) -> tuple[str, str]:
-    protocol, _, address = re.split(r"[?#]", endpoint)[0].partition("/")
+    protocol, _, address = locator(endpoint).partition("/")
     return protocol, address.rpartition(":")[2]
 
 
@@ -408,6 +409,12 @@ def _reject_and_drop(query: zenoh.Query) -> None:
         query.drop()  # type: ignore[no-untyped-call]  # so in its stubs
 
 
-def first_line(error: Exception) -> str:
-    """Return the message of a Zenoh error without the location in its source."""
-    return str(error).partition("\n")[0].partition(" at /")[0].rstrip(" !")[:300]
+def first_line(error: Exception, endpoints: Iterable[str] = ()) -> str:
+    """Return the message of a Zenoh error without the location in its source.
+
+    Of the configured endpoints only protocol and address are quoted.
+    """
+    text = str(error)
+    for one in endpoints:
+        text = text.replace(one, locator(one))
+    return text.partition("\n")[0].partition(" at /")[0].rstrip(" !")[:300]

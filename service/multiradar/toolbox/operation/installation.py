@@ -154,14 +154,17 @@ class _Address(NamedTuple):
 
 
 def _addresses(settings: "Settings") -> list[_Address]:
+    from multiradar.access.exposure import locator
+
     host, port = settings.server.host, settings.server.port
     found = [_Address(f"HTTP {host}:{port}", socket.SOCK_STREAM, host, port)]
     for endpoint in settings.zenoh.listen if settings.zenoh.enabled else ():
-        protocol, _, address = endpoint.partition("/")
-        place, _, number = address.partition("#")[0].partition("?")[0].rpartition(":")
+        known = locator(endpoint)
+        protocol, _, address = known.partition("/")
+        place, _, number = address.rpartition(":")
         if protocol in _PROTOCOLS and number.isdecimal():
             kind = _PROTOCOLS[protocol]
-            found.append(_Address(f"Zenoh {endpoint}", kind, place.strip("[]"), int(number)))
+            found.append(_Address(f"Zenoh {known}", kind, place.strip("[]"), int(number)))
     found += [
         _Address(f"ASTERIX {one.address}:{one.port}", socket.SOCK_DGRAM, one.address, one.port)
         for one in settings.asterix.listen

@@ -66,11 +66,12 @@ def test_publishing_pauses_for_a_new_connection(scene: Scene) -> None:
 
 def test_a_lost_router_is_a_reason_not_to_be_ready(scene: Scene) -> None:
     assert scene.gateway.lost() is None
-    scene.bus.unreachable = ("tcp/router:7447",)
+    scene.bus.unreachable = ("tcp/router:7447", "tcp/router:7448")
     reason = scene.gateway.lost()
-    assert reason is not None
-    assert reason.code == "ZENOH_LOST"
-    assert "tcp/router:7447" in reason.text
+    # Anybody may ask: the endpoints are in the log and the status only.
+    assert reason == (
+        "ZENOH_LOST", "no Zenoh link to 2 of the configured endpoints; still retrying",
+    )  # fmt: skip
 
 
 def test_a_router_that_is_not_reached_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
