@@ -1,12 +1,13 @@
 """Connections: deadlines and limits that uvicorn lacks, and its configuration.
 
-A connection without a request is dropped after the header deadline. At the maximum number of
-connections, of all or of one address, a new one replaces the one that has been idle, or sending its
-request, longest; if all are busy, the new one is closed. A connection whose client does not read is
-aborted after a timeout.
+A connection without a request is dropped after the header deadline, with TLS also one without a
+complete handshake. At the maximum number of connections, of all or of one address, a new one
+replaces the one that has been idle, or sending its request, longest; if all are busy, the new one
+is closed. A connection whose client does not read is aborted after a timeout.
 """
 
 import asyncio
+import contextlib
 import socket
 import ssl
 from collections import Counter
@@ -107,14 +108,14 @@ def server_config(
     ConfigurationError
         If a file of TLS cannot be used.
     """
-    context = None if tls is None else tls.context()
     limits = limits or HttpLimits()
     registry = _Registry(limits)
+    http = _bound(_Http, registry)
     return Config(
         application,
         host=host,
         port=port,
-        http=_bound(_Http, registry),
+        http=http if tls is None else _bound(_Handshake, registry, http=http, tls=tls.context()),
         ws=_bound(_WebSocket, registry),
         loop="asyncio",
         lifespan="on",
@@ -130,7 +131,6 @@ def server_config(
         server_header=False,
         access_log=False,
         log_config=None,
-        ssl_context_factory=None if context is None else lambda _config, _default: context,
     )
 
 
@@ -159,6 +159,8 @@ class _Registry:
         self._sweeping = False
 
     def admit(self, transport: asyncio.Transport) -> bool:
+        if transport in self._open:  # Since before its handshake.
+            return True
         client = _client_of(transport)
         of_client = self._clients[client] >= self.limits.client_connections_max
         full = of_client or len(self._open) >= self.limits.connections_max
@@ -174,6 +176,16 @@ class _Registry:
         if not self._sweeping:
             self._sweeping = True
             loop.call_later(self._sweep_interval_s(), self._sweep)
+        return True
+
+    def secured(self, transport: asyncio.Transport, over: asyncio.Transport) -> bool:
+        # TLS takes the place of the connection that it goes over, unless that one has been dropped.
+        if over not in self._open:
+            return False
+        del self._open[over], self._idle[over]
+        self._client_of[transport] = self._client_of.pop(over)
+        self._open[transport] = _Progress(0, asyncio.get_running_loop().time())
+        self._idle[transport] = None
         return True
 
     def busy(self, transport: asyncio.Transport) -> None:
@@ -255,11 +267,59 @@ def _send_at_once(transport: asyncio.Transport) -> None:
 
 
 def _bound(
-    protocol: Callable[..., asyncio.Protocol], registry: _Registry
+    protocol: Callable[..., asyncio.Protocol], registry: _Registry, **further: object
 ) -> type[asyncio.Protocol]:
     # uvicorn creates protocols with its own arguments, so the registry is a class attribute.
     assert isinstance(protocol, type)
-    return type(protocol.__name__, (protocol,), {"registry": registry})
+    return type(protocol.__name__, (protocol,), {"registry": registry, **further})
+
+
+# TLS by the listening socket would report a connection only after its handshake: until then no
+# limit would apply, and asyncio allocates a buffer of 256 KiB for each.
+class _Handshake(asyncio.Protocol):
+    registry: _Registry
+    http: type["_Http"]
+    tls: ssl.SSLContext
+
+    def __init__(self, **of_uvicorn: Any) -> None:
+        self._of_uvicorn = of_uvicorn
+        self._early = bytearray()
+        self._task: asyncio.Task[None] | None = None
+
+    def connection_made(  # type: ignore[override]  # the transport is narrower, as in uvicorn
+        self, transport: asyncio.Transport
+    ) -> None:
+        # Nothing is read before TLS.
+        transport.pause_reading()
+        if self.registry.admit(transport):
+            self._task = asyncio.get_running_loop().create_task(self._secure(transport))
+
+    def data_received(self, data: bytes) -> None:
+        # With the end of the handshake, before the task continues.
+        self._early += data
+
+    async def _secure(self, over: asyncio.Transport) -> None:
+        transport: asyncio.Transport | None = None
+        try:
+            # Of one that has been dropped meanwhile, the handshake would never end.
+            if not over.is_closing():
+                # An error: it failed, took too long, or the client has gone.
+                with contextlib.suppress(OSError):
+                    transport = await asyncio.get_running_loop().start_tls(
+                        over, self, self.tls, server_side=True,
+                        ssl_handshake_timeout=self.registry.limits.header_deadline_s,
+                    )  # fmt: skip
+        finally:
+            if transport is None:
+                self.registry.lost(over)
+                over.abort()
+        if transport is None or not self.registry.secured(transport, over):
+            return
+        protocol = self.http(**self._of_uvicorn)
+        transport.set_protocol(protocol)
+        protocol.connection_made(transport)
+        if self._early:
+            protocol.data_received(bytes(self._early))
 
 
 class _Http(H11Protocol):

@@ -1,6 +1,8 @@
 """HTTP with TLS, and certificates of clients in place of keys."""
 
+import contextlib
 import ssl
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,13 +12,14 @@ import pytest
 from multiradar.api.connections import TlsFiles
 from multiradar.api.http_server import HttpServer
 from multiradar.errors import ConfigurationError
+from multiradar.observability.metrics import HTTP_CONNECTIONS
 from multiradar.settings.limits import HttpLimits
 from support.access import KEYS, bearer, guarded_api
 from support.fakes.fake_service import FakeService
 from support.processes import clients
 from support.processes.certificates import Authority
-from support.processes.live_server import serving
-from support.processes.waiting import WAIT_TIMEOUT_S
+from support.processes.live_server import RawClient, serving
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 
 class Secured:
@@ -82,6 +85,82 @@ def test_closed_connections_do_not_count(secured: Secured) -> None:
                 trust_env=False,
             )  # fmt: skip
             assert answer.status_code == 200
+
+
+def test_connections_without_a_handshake_count(secured: Secured) -> None:
+    limits = HttpLimits(client_connections_max=3, header_deadline_s=WAIT_TIMEOUT_S)
+    with (
+        serving(guarded_api(FakeService()), limits, secured.files) as port,
+        contextlib.ExitStack() as crowd,
+    ):
+        silent = [RawClient(port) for _ in range(10)]
+        for one in silent:
+            crowd.callback(one.close)
+        # Those that have been idle longest are replaced, the last ones by this request.
+        for one in silent[:7]:
+            assert one.answer() == b""
+        url, context = f"https://127.0.0.1:{port}/healthz", secured.context(None)
+        for _ in range(4):
+            answer = httpx.get(url, verify=context, timeout=WAIT_TIMEOUT_S, trust_env=False)
+            assert answer.status_code == 200
+
+
+def test_a_handshake_has_the_deadline_of_headers_and_is_counted_until_then(
+    secured: Secured,
+) -> None:
+    limits = HttpLimits(header_deadline_s=0.5)
+    hello = _Bio(secured.context(None)).hello()
+    open_before = _open_connections()
+    with serving(guarded_api(FakeService()), limits, secured.files) as port:
+        for sent in (b"", hello, b"GET / HTTP/1.1\r\n\r\n"):
+            start_s = time.monotonic()
+            client = RawClient(port)
+            client.send(sent)
+            client.answer()
+            client.close()
+            # Without limits asyncio waits for 60 s.
+            assert time.monotonic() - start_s < 50.0
+            wait_until(lambda: _open_connections() == open_before, "the connection to be lost")
+
+
+def test_a_request_may_come_with_the_end_of_the_handshake(secured: Secured) -> None:
+    with serving(guarded_api(FakeService()), HttpLimits(), secured.files) as port:
+        client, bio = RawClient(port), _Bio(secured.context(None))
+        client.send(bio.hello())
+        while not bio.is_complete():
+            bio.received.write(client.socket.recv(65536))
+        bio.tls.write(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+        # The last part of the handshake has not been sent before.
+        client.send(bio.to_send.read())
+        bio.received.write(client.answer())
+        assert bio.tls.read(65536).startswith(b"HTTP/1.1 200 OK")
+        client.close()
+
+
+class _Bio:
+    """The client's side of TLS without a socket."""
+
+    def __init__(self, context: ssl.SSLContext) -> None:
+        self.received, self.to_send = ssl.MemoryBIO(), ssl.MemoryBIO()
+        self.tls = context.wrap_bio(self.received, self.to_send, server_hostname="127.0.0.1")
+
+    def is_complete(self) -> bool:
+        """Continue the handshake."""
+        try:
+            self.tls.do_handshake()
+        except ssl.SSLWantReadError:
+            return False
+        return True
+
+    def hello(self) -> bytes:
+        """Return the first part of the handshake."""
+        assert not self.is_complete()
+        return self.to_send.read()
+
+
+def _open_connections() -> float:
+    (family,) = HTTP_CONNECTIONS.collect()
+    return family.samples[0].value
 
 
 def test_a_certificate_of_another_authority_is_rejected(secured: Secured, tmp_path: Path) -> None:
