@@ -101,7 +101,7 @@ class LiveView:
         span_s = self._picture.span_s()
         if span_s is None or not span_s[0] <= at_s <= span_s[1]:
             raise not_retained(at_s, span_s)
-        source = self._picture.recorded(at_s) or self._picture.retained
+        source = self._picture.source(at_s)
         return past_tracks(source.tracks(at_s), at_s, source.coast_after_s)
 
     def track(self, track_id: int) -> dict[str, Any] | None:
@@ -160,8 +160,14 @@ class LiveView:
             Maximum number of rows; fewer mean that there are no more.
         """
         files = self._picture.history
-        from_s = self._known.complete_from_s + DISORDER_S
-        if files is None or since_s is None or since_s >= from_s:
+        if files is None or since_s is None:
+            return history.read(self._known, subject, since_s, limit)
+        # Files from before a track was initiated have none of its rows.
+        started_s = None if isinstance(subject, str) else self._known.past.started_s(subject)
+        if started_s is not None:
+            since_s = max(since_s, started_s - DISORDER_S)
+        from_s = self._known.past.complete_from_s(history.name) + DISORDER_S
+        if since_s >= from_s:
             return history.read(self._known, subject, since_s, limit)
         older = files.rows(history.name, subject, since_s, from_s, limit)
         newer = history.read(self._known, subject, from_s, limit)
@@ -187,8 +193,7 @@ class LiveView:
         """
         found = self._diagnosis.records(at_s)
         if at_s is not None:
-            source = self._picture.recorded(at_s) or self._picture.retained
-            return past_sensors(source, at_s, found)
+            return past_sensors(self._picture.source(at_s), at_s, found)
         records = self._known.sensor_records()
         leads, storms = self.clock_leads(), self.storms()
         for record in records:

@@ -52,6 +52,13 @@ class BiasBoard:
         """Number of the last completed epoch; None before the first."""
         return self._epoch
 
+    @property
+    def complete_from_s(self) -> float:
+        """Time from which all records are retained, s; -inf if none was discarded."""
+        first = self.ring.oldest
+        # The epoch of the oldest record may be there by half.
+        return float(self.ring.rows(first, first + 1)["time_s"][0]) if first else -np.inf
+
     def append(self, records: BiasRecords) -> None:
         """Add records, in order."""
         if not len(records):

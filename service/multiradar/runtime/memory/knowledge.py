@@ -15,30 +15,25 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, measurement_rows
+from multiradar.runtime.engine.plot_rows import POINTS_MAX, measurement_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.health_board import HealthBoard
-from multiradar.runtime.memory.history import (
-    SPREAD_DTYPE,
-    TrackHistory,
-    update_rows_frame,
-    with_spread,
-)
+from multiradar.runtime.memory.history import update_rows_frame, with_spread
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
+from multiradar.runtime.memory.past_rows import PastRows
 from multiradar.runtime.memory.sensor_board import SensorBoard
-from multiradar.runtime.memory.state_board import StateBoard
 from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.runtime.row_ring import RowLog
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
-from multiradar.tracking.columns import row_type, rows_of, table_of
+from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import (
     COUNTED,
     ForecastCalibration,
     calibration_for,
 )
-from multiradar.tracking.lifecycle.transitions import ENDED, TrackTransitions
+from multiradar.tracking.lifecycle.transitions import TrackTransitions
 from multiradar.tracking.outputs import EngineOutput, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -154,6 +149,8 @@ class Knowledge:
         self._states: Callable[[], States] | None = None
         self._data_time_s: float | None = None
         self._frame, self._frame_version, self._version = pl.DataFrame(), -1, 0
+        #: What is retained of past times.
+        self.past: PastRows
         self.clear()
 
     # ---------------------------------------------------------------- readers
@@ -249,55 +246,17 @@ class Knowledge:
                 return None
             # Bias estimates after the last measurement have no effect.
             biases = self._biases.at(float(live["time_s"][0]))
-            rows = self._plots.read(track_id, None, POINTS_MAX)
+            rows = self.past.plots.read(track_id, None, POINTS_MAX)
         return TrackWindow(rows, biases) if len(rows) else None
 
     def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the measurements of all updates after a number; see `TrackHistory.after`."""
-        return self._plots.after(after, limit)
-
-    @property
-    def oldest_s(self) -> float | None:
-        """Time of the oldest retained update, s; None without updates."""
-        return self._history.oldest_s
-
-    @property
-    def complete_from_s(self) -> float:
-        """Time from which everything is retained, s; -inf if nothing was discarded."""
-        return max(one.complete_from_s for one in (self._history, self._plots, self._healths))
-
-    def updates_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
-        """Return the retained updates of a span of time, rows of `SPREAD_DTYPE`, by time."""
-        return self._history.between(after_s, until_s)
-
-    def plots_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
-        """Return the retained measurements of a span of time, rows of `PLOT_DTYPE`, by time."""
-        return self._plots.between(after_s, until_s)
-
-    def plots_before(self, until_s: float, limit: int) -> NDArray[np.void]:
-        """Return the last retained measurements up to a time, rows of `PLOT_DTYPE`, by time."""
-        return self._plots.last_until(until_s, limit)
-
-    def ended_between(self, after_s: float, until_s: float) -> NDArray[np.int64]:
-        """Return the tracks that ended in a span of time."""
-        rows = self._transitions.between(after_s, until_s)
-        ended: NDArray[np.int64] = rows["track_id"][rows["transition"] == ENDED]
-        return ended
+        return self.past.plots.after(after, limit)
 
     def biases_at(self, time_s: float) -> NDArray[np.void]:
         """Return the bias estimates that were the latest at a time, rows of `BIAS_DTYPE`."""
         with self._lock:
             return self._biases.at(time_s)
-
-    def states_between(self, after_s: float, until_s: float) -> TrackStates | None:
-        """Return the last retained state of each confirmed track in a span of time."""
-        return self._samples.at(after_s, until_s)
-
-    def plots_until(self, track_id: int, until_s: float) -> NDArray[np.void]:
-        """Return the last measurements of a track up to a time, rows of `PLOT_DTYPE`."""
-        rows = self._plots.read(track_id, None, self.limits.plot_rows_max)
-        found: NDArray[np.void] = rows[rows["time_s"] <= until_s][-POINTS_MAX:]
-        return found
 
     @property
     def healths(self) -> HealthBoard:
@@ -311,12 +270,12 @@ class Knowledge:
 
     def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return updates of a track, live or dropped, as rows of `tracks.parquet`."""
-        rows = self._history.read(track_id, since_s, limit)
+        rows = self.past.updates.read(track_id, since_s, limit)
         return update_rows_frame(rows, self.sensors)
 
     def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return transitions of a track, live or dropped, as rows of `transitions.parquet`."""
-        rows = self._transitions.read(track_id, since_s, limit)
+        rows = self.past.transitions.read(track_id, since_s, limit)
         return wire.transitions_frame(table_of(TrackTransitions, rows))
 
     def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
@@ -383,17 +342,17 @@ class Knowledge:
                 self._data_time_s = data_time_s
                 self._board.note_saturated(output.saturated, data_time_s)
             if len(rows):
-                self._history.append(with_spread(rows, output.spread))
+                self.past.updates.append(with_spread(rows, output.spread))
                 self._live.update(rows, output.spread)
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
-            self._plots.append(measurement_rows(output))
+            self.past.plots.append(measurement_rows(output))
             self._biases.append(output.biases)
             self._board.update_health(output.health)
             self._healths.append(output.health)
-            self._samples.append(output.samples)
+            self.past.samples.append(output.samples)
             if len(output.transitions):
-                self._transitions.append(rows_of(output.transitions))
+                self.past.transitions.append(rows_of(output.transitions))
             self.calibration.observe(output)
             self._live.remove(output.ended.track_id)
             self._tally.update(output)
@@ -403,11 +362,11 @@ class Knowledge:
     def logs(self) -> dict[str, RowLog]:
         """The histories, by name."""
         return {
-            "history": self._history,
-            "transitions": self._transitions,
-            "plots": self._plots,
+            "history": self.past.updates,
+            "transitions": self.past.transitions,
+            "plots": self.past.plots,
             "biases": self._biases.ring,
-            "states": self._samples,
+            "states": self.past.samples,
         }
 
     def restored(self) -> None:
@@ -432,16 +391,12 @@ class Knowledge:
         """Discard everything: the journal is replayed from the start."""
         with self._lock:
             limits = self.limits
-            self._history = TrackHistory(limits.history_rows_max, SPREAD_DTYPE)
-            steps = row_type(TrackTransitions)
-            self._transitions = TrackHistory(limits.transition_rows_max, steps)
-            self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
             self._live = LiveTracks(sources_of(self.sensors))
             self.calibration = calibration_for(self.tracking)
             self._biases = BiasBoard(self.sensors, limits.bias_history_rows_max)
             self._board = SensorBoard(self.sensors)
             self._healths = HealthBoard()
-            self._samples = StateBoard(limits.state_bytes_max)
+            self.past = PastRows(limits, self._biases, self._healths)
             self._data_time_s = None
             self._updates = 0
             self._version += 1

@@ -10,14 +10,18 @@ from multiradar.errors import RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.bearing_lines import mark_tables
 from multiradar.runtime.picture.frames import encoded
+from multiradar.runtime.picture.joined_past import JoinedPast
 from multiradar.runtime.picture.past import (
+    ENDING_S,
     PATH_S,
+    PLOTS_S,
     PastAsked,
     PastFiles,
     RecordedSource,
     past_frame,
     path_columns,
 )
+from multiradar.runtime.picture.past_sensors import SILENT_S
 from multiradar.runtime.picture.recent_plots import PLOTS_KEPT, RecentPlots
 from multiradar.runtime.picture.retained import RetainedPast
 from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, shown
@@ -146,18 +150,34 @@ class AirPicture:
             raise RequestError(
                 404, "LAYER_NOT_FOUND", "no such layer; the service has only layer 0"
             )
-        source = self.recorded(asked.at_s) or self.retained
-        return past_frame(source, asked, {"span_s": self.span_s()})
+        return past_frame(self.source(asked.at_s), asked, {"span_s": self.span_s()})
 
-    def recorded(self, at_s: float) -> RecordedSource | None:
-        """Return what is on disk of a time that memory no longer has completely, or None."""
-        if self.history is None or at_s - PATH_S >= self._known.complete_from_s:
-            return None
-        return self.history.at(at_s)
+    def source(self, at_s: float) -> RecordedSource:
+        """Return what is known of a past time.
+
+        Each table is from memory where memory has it completely, else from the files as far as
+        they are written; later times memory alone has, completely or not.
+        """
+        known, files = self._known, self.history
+        tracks_s = max(PATH_S, SILENT_S, known.tracking.drop_after_s + ENDING_S)
+        complete = [
+            at_s - span_s >= known.past.complete_from_s(*names)
+            for names, span_s in (
+                (("updates", "transitions"), tracks_s), (("plots",), PLOTS_S),
+                (("biases",), PATH_S), (("health",), PATH_S),
+            )
+        ]  # fmt: skip
+        written_s = None if files is None or all(complete) else files.written_s
+        if files is None or written_s is None or at_s > written_s:
+            return self.retained
+        recorded = files.at(at_s)
+        if recorded is None:
+            return self.retained
+        return JoinedPast(*(self.retained if whole else recorded for whole in complete))
 
     def span_s(self) -> tuple[float, float] | None:
         """Return the first and the last time of which there are tracks, s; None without any."""
-        oldest_s, data_time_s = self._known.oldest_s, self._known.data_time_s
+        oldest_s, data_time_s = self._known.past.oldest_s, self._known.data_time_s
         if oldest_s is None or data_time_s is None:
             return None
         earlier_s = None if self.history is None else self.history.oldest_s

@@ -118,6 +118,11 @@ class PastFiles(Protocol):
         """The earliest time, s; None without any."""
         ...
 
+    @property
+    def written_s(self) -> float | None:
+        """The time up to which they are written, s; None without any."""
+        ...
+
     def at(self, at_s: float) -> "RecordedSource | None":
         """Return the data before a time; None if there are no tracks."""
         ...

@@ -78,8 +78,8 @@ class PastKnowledge:
 
     def states(self) -> States | None:
         """Return the last states of confirmed tracks, and their plane."""
-        now = self._known.states()
-        states = self._known.states_between(self._at_s - self.tracking.drop_after_s, self._at_s)
+        now, after_s = self._known.states(), self._at_s - self.tracking.drop_after_s
+        states = self._known.past.states_between(after_s, self._at_s)
         return None if now is None or states is None else (states, now[1])
 
     def live_rows(self) -> tuple[NDArray[np.void], float | None]:
@@ -91,13 +91,13 @@ class PastKnowledge:
         track = self.track(track_id)
         if track is None:
             return None
-        rows = self._known.plots_until(track_id, self._at_s)
+        rows = self._known.past.plots_until(track_id, self._at_s)
         return TrackWindow(rows, self._known.biases_at(track["time_s"])) if len(rows) else None
 
     def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the last measurements up to the time; they have no numbers."""
         del after
-        return self._known.plots_before(self._at_s, limit), 0, 0
+        return self._known.past.plots_before(self._at_s, limit), 0, 0
 
     def trajectory_feed(self) -> TrajectoryFeed:
         """Raise TrajectoryError: trajectory sets of the past are not retained."""

@@ -49,9 +49,9 @@ class RetainedPast:
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
         silent_s = self._known.tracking.drop_after_s + ENDING_S
-        rows = self._known.updates_between(at_s - silent_s, at_s)
+        rows = self._known.past.updates_between(at_s - silent_s, at_s)
         rows = rows[last_of_each(rows["track_id"])]
-        ended = self._known.ended_between(at_s - silent_s, at_s)
+        ended = self._known.past.ended_between(at_s - silent_s, at_s)
         live: NDArray[np.void] = rows[~np.isin(rows["track_id"], ended)]
         return live
 
@@ -68,7 +68,7 @@ class RetainedPast:
 
     def positions(self, after_s: float, at_s: float) -> Positions:
         """Return the positions of the updates of a span."""
-        rows = self._known.updates_between(after_s, at_s)
+        rows = self._known.past.updates_between(after_s, at_s)
         return Positions(
             rows["track_id"], rows["time_s"], rows["sensor"],
             np.degrees(rows["latitude_rad"]), np.degrees(rows["longitude_rad"]),
@@ -76,7 +76,7 @@ class RetainedPast:
 
     def plots(self, after_s: float, at_s: float, limit: int) -> tuple[NDArray[np.void], int]:
         """Return the last plots of a span, and the number of the others."""
-        rows = self._known.plots_between(after_s, at_s)
+        rows = self._known.past.plots_between(after_s, at_s)
         return rows[-limit:], max(len(rows) - limit, 0)
 
     def biases(self, at_s: float) -> NDArray[np.float64]:

@@ -39,4 +39,5 @@ def keep_history(service: Service, rules: HistoryRules, tracking: TrackingSettin
         return found
 
     writer = HistoryWriter(rules, known, beside, SystemClock(), SystemThreads())
-    service.publication.keep_history(writer, HistoryReader(rules.folder, known, writer.oldest_s))
+    reader = HistoryReader(rules.folder, known, writer.oldest_s, writer.written_s)
+    service.publication.keep_history(writer, reader)

@@ -42,6 +42,8 @@ HOUR_S = 3600
 DAY_S = 86_400.0
 STATE_FILE = "state.json"
 STATE_VERSION = 1
+# The history is written as far as these tables are.
+_WRITTEN = (TRACKS_FILE, MEASUREMENTS_FILE)
 # Longer spans are met by the hours that exist: a span without a begin has 28 million hours.
 _NAMED_HOURS_MAX = 24
 
@@ -192,6 +194,8 @@ class HistoryFolder:
         self._octets: dict[int, int] = {}
         #: Earliest time of a track, s; None without any.
         self.oldest_s: float | None = None
+        # Time of the last row of a table that the last write with such rows has, s.
+        self._written_s: dict[str, float] = {}
         try:
             path.mkdir(exist_ok=True)
             self._lock = os.open(path, os.O_RDONLY)
@@ -203,6 +207,7 @@ class HistoryFolder:
             self._tidy()
             self._octets = {hour.number: _octets(hour.path) for hour in hours_of(path)}
             self._find_oldest()
+            self._find_written()
         except BaseException as error:
             self.close()
             if isinstance(error, BlockingIOError):
@@ -215,6 +220,21 @@ class HistoryFolder:
     def octets(self) -> int:
         """Size of all parts."""
         return sum(self._octets.values())
+
+    @property
+    def written_s(self) -> float | None:
+        """Time up to which tracks and measurements are written, s; None without any."""
+        found = [self._written_s.get(table) for table in _WRITTEN]
+        known = [one for one in found if one is not None]
+        return min(known) if len(known) == len(found) else None
+
+    def _find_written(self) -> None:
+        hours = hours_of(self.path)
+        for table in _WRITTEN:
+            parts = (part for hour in hours for part in parts_of(hour, table))
+            last = max(parts, key=lambda one: (one.write, one.last_s), default=None)
+            if last is not None:
+                self._written_s[table] = last.last_s
 
     def _find_oldest(self) -> None:
         for number in sorted(self._octets):
@@ -269,6 +289,11 @@ class HistoryFolder:
         for _, path in staged:
             hour = _number_of(path.parent.parent)
             self._octets[hour] = self._octets.get(hour, 0) + path.stat().st_size
+        self._written_s |= {
+            table: float(tables[table]["time_s"][-1])
+            for table in _WRITTEN
+            if table in tables and len(tables[table])
+        }
         self._find_oldest()
 
     def remove_oldest(self, days: float, octets: int, now_s: float) -> list[str]:

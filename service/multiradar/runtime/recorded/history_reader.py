@@ -49,10 +49,15 @@ class HistoryReader:
         Its sensors and settings.
     oldest : callable
         Returns the earliest time in it, s; None without any.
+    written : callable
+        Returns the time up to which it is written, s; None without any.
     """
 
-    def __init__(self, folder: Path, known: Knowledge, oldest: Callable[[], float | None]) -> None:
-        self._oldest = oldest
+    def __init__(
+        self, folder: Path, known: Knowledge, oldest: Callable[[], float | None],
+        written: Callable[[], float | None],
+    ) -> None:  # fmt: skip
+        self._oldest, self._written = oldest, written
         self._folder = folder
         self._known = known
         self._lock = threading.Lock()
@@ -62,6 +67,11 @@ class HistoryReader:
     def oldest_s(self) -> float | None:
         """Begin of the oldest data, s; None without any."""
         return self._oldest()
+
+    @property
+    def written_s(self) -> float | None:
+        """Time up to which it is written, s; None without any."""
+        return self._written()
 
     def at(self, at_s: float) -> RecordedRun | None:
         """Return the data before a time; None if there are no tracks."""

@@ -156,6 +156,10 @@ class HistoryWriter:
         """Return the earliest time in the history, s; None without any."""
         return None if self._folder is None else self._folder.oldest_s
 
+    def written_s(self) -> float | None:
+        """Return the time up to which the history is written, s; None without any."""
+        return None if self._folder is None else self._folder.written_s
+
     def alarms(self) -> tuple[list[str], list[str]]:
         """Return its alarms, and warnings in words."""
         alarms, warnings = self._disk.alarms()

@@ -30,7 +30,7 @@ OTHER = {
     "ForecastScores": "_first_motion _first",
     "JumpTests": "_radars _periods _tests",
     "Knowledge": "sensors tracking limits trajectories silence regions _lock _states _frame "
-    "_frame_version _version _history _transitions _plots _samples",
+    "_frame_version _version past",
     "HealthBoard": "_epochs",
     "LiveTracks": "sources",
     "NearDuplicates": "_spans_s _identity",
@@ -41,7 +41,7 @@ OTHER = {
     "Plausibility": "active",
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _futures _states _figures _engine "
-    "_is_used processed skipped oldest_s moved_s failure following",
+    "_is_used _is_whole processed skipped oldest_s moved_s failure following",
     "Publication": "diagnosis _readers _recorder _regions repeating traces view",
     "RegionBoard": "areas rules _lock",
     "RejectBoard": "sensors _kept_max _lock",

@@ -12,6 +12,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.plot_rows import NO_TRACK
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.past_rows import PastRows
 from multiradar.runtime.picture import air_picture, recent_plots
 from multiradar.runtime.picture.air_picture import (
     PAUSE_MAX_S,
@@ -20,7 +21,7 @@ from multiradar.runtime.picture.air_picture import (
     AirPicture,
     Asked,
 )
-from multiradar.runtime.picture.past import PATH_S
+from multiradar.runtime.picture.past import ENDING_S, PATH_S, PLOTS_S
 from multiradar.runtime.picture.selection import Area, Columns
 from multiradar.runtime.picture.track_columns import track_columns
 from multiradar.runtime.queries.used_plots import residuals_of_radars
@@ -232,31 +233,56 @@ def test_many_tracks_are_those_of_the_area_and_the_selected_one(
 class _Files:
     """What is on disk: whatever is asked for, from a time on."""
 
-    def __init__(self, oldest_s: float | None) -> None:
-        self.oldest_s = oldest_s
+    def __init__(self, oldest_s: float | None, written_s: float | None = None) -> None:
+        self.oldest_s, self.written_s = oldest_s, written_s
 
     def at(self, at_s: float) -> str:
-        return f"of {at_s:g} s"
+        del at_s
+        return "files"
 
 
-def test_files_answer_for_times_whose_path_memory_has_not_completely(
+def test_files_answer_for_tables_that_memory_has_not_completely(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     air = _Air()
-    monkeypatch.setattr(Knowledge, "complete_from_s", 1000.0)
-    assert air.picture.recorded(0.0) is None
-    air.picture.history = _Files(0.0)  # type: ignore[assignment]
-    found: list[object] = [
-        air.picture.recorded(1000.0 + PATH_S + after_s) for after_s in (-1.0, 0.0, 1.0)
-    ]
-    assert found == ["of 1119 s", None, None]
+    begins = {
+        "updates": 1000.0, "transitions": 1000.0, "plots": 2000.0, "biases": 100.0, "health": 0.0,
+    }  # fmt: skip
+    monkeypatch.setattr(
+        PastRows, "complete_from_s", lambda _, *names: max(begins[one] for one in names)
+    )
+    assert air.picture.source(0.0) is air.picture.retained
+    files = _Files(0.0, 3000.0)
+    air.picture.history = files  # type: ignore[assignment]
+
+    def found(at_s: float) -> str:
+        source: Any = air.picture.source(at_s)
+        if source is air.picture.retained:
+            return "memory"
+        parts = (source._tracks, source._plots, source._biases, source._health)
+        return " ".join("files" if one == "files" else "memory" for one in parts)
+
+    window_s = max(PATH_S, air.known.tracking.drop_after_s + ENDING_S)
+    assert [found(1000.0 + window_s + after_s) for after_s in (-1.0, 0.0)] == [
+        "files files memory memory", "memory files memory memory",
+    ]  # fmt: skip
+    assert [found(2000.0 + PLOTS_S + after_s) for after_s in (-1.0, 0.0)] == [
+        "memory files memory memory", "memory",
+    ]  # fmt: skip
+    assert found(150.0) == "files files files memory"
+    # Of later times they have nothing yet.
+    for written_s, expected in ((1500.0, "memory files memory memory"), (1499.9, "memory")):
+        files.written_s = written_s
+        assert found(1500.0) == expected
+    files.written_s = None
+    assert found(150.0) == "memory"
 
 
 def test_the_past_starts_with_the_earliest_of_memory_and_files() -> None:
     air = _Air()
     assert air.picture.span_s() is None
     air.push(20)
-    first_s, last_s = air.known.oldest_s, air.known.data_time_s
+    first_s, last_s = air.known.past.oldest_s, air.known.data_time_s
     assert first_s is not None
     assert air.picture.span_s() == (first_s, last_s)
     for oldest_s, expected_s in ((first_s - 60.0, first_s - 60.0), (None, first_s)):

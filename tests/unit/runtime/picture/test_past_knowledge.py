@@ -120,7 +120,7 @@ def test_before_the_first_row_nothing_is_known() -> None:
 def test_a_track_without_a_stored_state_has_no_forecast_and_the_answer_says_so() -> None:
     air = _Air()
     air.push(0.0, THEN_S)
-    first_s = float(air.known.oldest_s or 0.0)
+    first_s = float(air.known.past.oldest_s or 0.0)
     track = int(air.picture.retained.latest(first_s + 1.0)["track_id"][0])
     with pytest.raises(TrajectoryError, match=f"no state of track {track} .* every 8 s") as error:
         air.ask(FORECAST, track, first_s + 1.0)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
@@ -228,7 +229,7 @@ def test_times_that_memory_has_lost_are_answered_from_the_history(
         site.feed(service)
         view = service.view
         at_s = START_S + 1500.3
-        assert service.publication.known.complete_from_s > at_s + 1000.0
+        assert service.publication.known.past.complete_from_s("updates") > at_s + 1000.0
         assert_frame_equal(view.tracks(at_s), reference.tracks(at_s), rel_tol=1e-9)
         assert len(view.tracks(at_s)) == 12
         for one, other in zip(view.sensors(at_s), reference.sensors(at_s), strict=True):
@@ -245,6 +246,34 @@ def test_times_that_memory_has_lost_are_answered_from_the_history(
             for limit, since_s in ((7, START_S), (5000, START_S), (5000, -TIME_MAX_S)):
                 found = view.rows(history, subject, since_s, limit)
                 assert_frame_equal(found, reference.rows(history, subject, since_s, limit))
+
+
+def test_memory_answers_what_it_has_where_another_table_is_shorter(
+    whole: tuple[Site, Service], tmp_path: Path
+) -> None:
+    """Tracks after the last write were lost where the plots in memory reach less far back."""
+    site = Site(tmp_path, RuntimeLimits(plot_rows_max=60))
+    reference = whole[1].view
+    with site.service() as service:
+        site.feed(service, 0, 1200)
+    with site.service() as service:
+        site.feed(service, 1200, 1500)
+        view, past = service.view, service.publication.known.past
+        times = [START_S + after_s for after_s in (1100.3, 1290.3)]
+        assert past.complete_from_s("plots") > times[1]
+        for at_s in times:
+            assert_frame_equal(view.tracks(at_s), reference.tracks(at_s))
+        (_, tables), (_, others) = (
+            decoded(one.past_picture(PastAsked(times[0]))) for one in (view, reference)
+        )
+        assert len(tables["plots"]["time_s"]) == len(others["plots"]["time_s"]) > 20
+        # Of memory, which has the covariances.
+        assert np.isfinite(tables["tracks"]["sigma_major_m"]).all()
+        track = int(view.tracks(times[1])["track_id"][0])
+        found = view.rows(UPDATES, track, START_S, 5000)
+        expected = reference.rows(UPDATES, track, START_S, 5000).head(len(found))
+        assert_frame_equal(found, expected)
+        assert found["time_s"][-1] > START_S + 1450.0
 
 
 def test_a_time_that_is_not_retained_is_an_error_that_names_the_span(
