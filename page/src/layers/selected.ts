@@ -130,7 +130,7 @@ export class ForecastLayer implements Layer {
 export function heldText(status: Record<string, unknown>): string {
   const number = (name: string): number => Number(status[name] ?? 0);
   const [counted, held] = [number("forecasts_counted"), number("forecasts_held")];
-  const promised = `${Math.round(100 * number("forecast_probability"))} %`;
-  if (counted === 0) return `${promised}, not calibrated yet`;
-  return `${promised} held ${((100 * held) / counted).toFixed(1)} % so far`;
+  const nominal = `nominal ${Math.round(100 * number("forecast_probability"))} %`;
+  if (counted === 0) return `${nominal}, not calibrated yet`;
+  return `containment ${((100 * held) / counted).toFixed(1)} % (${nominal})`;
 }

@@ -366,13 +366,13 @@ def test_the_forecast_says_what_its_regions_held(shown: Shown, air: Air) -> None
     assert status["forecast_probability"] == 0.95
     assert 0 <= status["forecasts_held"] <= status["forecasts_counted"]
     shown.value(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
-    shown.until(f"{LAYERS}.forecast.text.startsWith('95 %')")
+    shown.until(f"{LAYERS}.forecast.text.includes('nominal 95 %')")
     text = shown.value(f"{LAYERS}.forecast.text")
     if status["forecasts_counted"]:
         part = 100.0 * status["forecasts_held"] / status["forecasts_counted"]
-        assert text == f"95 % held {part:.1f} % so far"
+        assert text == f"containment {part:.1f} % (nominal 95 %)"
     else:
-        assert text == "95 %, not calibrated yet"
+        assert text == "nominal 95 %, not calibrated yet"
     shown.value("window.multiradar.actions.select(null)")
 
 
