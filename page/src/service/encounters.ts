@@ -76,18 +76,22 @@ export class Encounters {
       const { jumps } = this;
       const at = this.atS();
       const isWanted = this.wanted() && !document.hidden;
-      if (!isWanted || at === null || at !== this.foundAtS) await this.read(isWanted ? `v1/encounters?${asked}${atOf(at)}` : null, at);
+      const isNew = !isWanted || at === null || at !== this.foundAtS;
+      const isRead = !isNew || await this.read(isWanted ? `v1/encounters?${asked}${atOf(at)}` : null, at);
       // Another time may be chosen while an answer comes.
       if (this.jumps !== jumps) continue;
       const took = performance.now() - began;
+      // How long no answer took says nothing of the work of the service.
+      const pause = isRead ? Math.max(EVERY_MS - took, PATIENCE * took) : EVERY_MS;
       await new Promise<void>((done) => {
-        setTimeout(done, isWanted ? Math.max(EVERY_MS - took, PATIENCE * took) : IDLE_MS);
+        setTimeout(done, isWanted ? pause : IDLE_MS);
         this.wake = done;
       });
     }
   }
 
-  private async read(address: string | null, atS: number | null): Promise<void> {
+  /** Read the encounters; false if there was no answer: those of before stay. */
+  private async read(address: string | null, atS: number | null): Promise<boolean> {
     let answer: Answer = { total: 0, encounters: [] };
     const { jumps } = this;
     this.foundAtS = null;
@@ -97,9 +101,11 @@ export class Encounters {
         if (jumps === this.jumps) this.foundAtS = atS;
       } catch {
         // The feed announces a service that does not answer.
+        return false;
       }
     }
     if (jumps === this.jumps) this.take(answer);
+    return true;
   }
 
   /** Another time is shown: its encounters are read at once. */
