@@ -154,7 +154,7 @@ export class Selection {
     try {
       // The service has no history of a track that has ended.
       if (!this.isShown(id)) {
-        this.forecast = [];
+        [this.forecast, this.bundle] = [[], null];
         if (this.mode() !== "live") [this.past, this.updates] = [[], []];
         return;
       }
@@ -183,7 +183,7 @@ export class Selection {
       }));
     } catch {
       // The feed announces a service that does not answer; an ended track has no history.
-      this.forecast = [];
+      [this.forecast, this.bundle] = [[], null];
       this.readS = null;
     } finally {
       this.revision += 1;
