@@ -98,6 +98,7 @@ export class Store {
   beginAgain(): void {
     for (const track of this.tracks) track.trail.clear();
     this.plots.clear();
+    this.bearings.clear();
     this.lacking.length = 0;
   }
 

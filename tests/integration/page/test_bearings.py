@@ -63,6 +63,25 @@ def test_bearings_are_lines_to_their_tracks_with_the_switches_of_plots(
     settled(page, f"Object.keys({LINES}).length === 0")
 
 
+def test_after_a_gap_each_bearing_is_there_once(page: Page, jammed: Air) -> None:
+    opened(page, jammed.url)
+    trails = f"{STORE}.tracks.map((one) => one.trail.length).join()"
+    before = page.evaluate(trails)
+    # As if nothing had come for a minute: the page asks for all of it.
+    page.evaluate(
+        f"""(() => {{
+          for (const one of {STORE}.tracks) one.trail.clear();
+          {STORE}.dataTimeS -= 60;
+        }})()"""
+    )
+    settled(page, f"{trails} === '{before}'")
+    bearings = page.evaluate(
+        f"[...{STORE}.bearings].map((one) => `${{one.timeS}} ${{one.sensor}} ${{one.x}}`)"
+    )
+    assert len(bearings) > 100
+    assert len(set(bearings)) == len(bearings)
+
+
 def test_the_bias_switch_turns_bearings(page: Page, jammed: Air) -> None:
     opened(page, jammed.url)
     # The map fits all once, and is then drawn where it stays.
