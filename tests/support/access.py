@@ -12,6 +12,7 @@ from multiradar.clock import Clock
 from multiradar.ingest.http import measurement_routes
 from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.settings.access import AccessSettings, ClientSettings, IssuerSettings, Role
+from multiradar.storage.overlays import Overlays
 from support.fakes.fake_service import FakeService
 
 #: A key of each client; `radar` is bound to the sensor 41-10.
@@ -48,7 +49,9 @@ def authentication(
     return Authentication(settings, clock)
 
 
-def guarded_api(service: FakeService, found: Authentication | None = None) -> FastAPI:
+def guarded_api(
+    service: FakeService, found: Authentication | None = None, overlays: Overlays = ()
+) -> FastAPI:
     """Return the whole application, which asks for credentials."""
-    routers = (measurement_routes(service), sensor_change_routes(service), overlay_routes(()))
+    routers = (measurement_routes(service), sensor_change_routes(service), overlay_routes(overlays))
     return create_api(service, routers=routers, authentication=found or authentication())

@@ -21,7 +21,7 @@ import { PALETTES } from "./palette";
 import { Pixels } from "./pixels";
 import { Scene, type Layer as Drawn, type Plane } from "./scene";
 import type { Encounters } from "../service/encounters";
-import type { Feed } from "../service/feed";
+import { AnswerError, readOnce, type Feed } from "../service/feed";
 import { allLayers } from "../layers/index";
 import type { Site } from "../layers/sites";
 import { mercatorX, mercatorY, nearestX, scaleAt, together, WORLD_UNITS } from "./mercator";
@@ -253,7 +253,11 @@ export class Picture {
   }
 
   private async loadLand(): Promise<void> {
-    const topology = (await (await fetch("page/land.json")).json()) as Topology;
+    const topology = await readOnce(async () => {
+      const answer = await fetch("page/land.json");
+      if (!answer.ok) throw new AnswerError(answer.status, "no coastlines");
+      return (await answer.json()) as Topology;
+    });
     const countries = topology.objects["countries"];
     if (countries === undefined) return;
     const features = new GeoJSON().readFeatures(unwrapped(feature(topology, countries as GeometryCollection)), {

@@ -18,7 +18,7 @@ import Fill from "ol/style/Fill";
 import Stroke from "ol/style/Stroke";
 import Style from "ol/style/Style";
 
-import { get } from "../service/feed";
+import { get, readOnce } from "../service/feed";
 import type { ViewState } from "../view/view";
 import type { NamedPlace, OverlayNames } from "./names";
 
@@ -46,10 +46,10 @@ export class Overlays {
     private readonly changed: () => void,
   ) {}
 
-  /** Read the list and the files; without a service the feed announces it. */
+  /** Read the list and the files, once the service answers: the user may have to enter a key first. */
   async load(): Promise<void> {
     try {
-      const list = (await (await get("v1/overlays")).json()) as { overlays: Overlay[] };
+      const list = await readOnce(async () => (await (await get("v1/overlays")).json()) as { overlays: Overlay[] });
       this.listed = list.overlays;
     } catch {
       return;
@@ -57,7 +57,7 @@ export class Overlays {
     for (const one of this.listed) {
       if (one.problem !== "") continue;
       try {
-        this.add(one, await (await get(`v1/overlays/${one.number}`)).json());
+        this.add(one, await readOnce(async () => (await (await get(`v1/overlays/${one.number}`)).json()) as unknown));
       } catch (error) {
         one.problem = error instanceof Error ? error.message : String(error);
       }

@@ -9,6 +9,10 @@ const SLOW_TICK_MS = 4000;
 /** A history that stands still is read so often, ms: to know that the service answers. */
 const STANDING_MS = 2000;
 const TIMEOUT_MS = 10_000;
+/** What is read once is requested again so long after there was no answer, ms. */
+const AGAIN_MS = 4000;
+/** The service has the document, but does not give it yet: without a valid key, overloaded, or while it starts. */
+const PASSING: readonly number[] = [401, 429, 502, 503, 504];
 /** A data time earlier by more is no picture of the same run, s. */
 const BACK_S = 1;
 const RETRIES = "The page retries automatically.";
@@ -305,6 +309,18 @@ export async function get(address: string): Promise<Response> {
     throw new AnswerError(answer.status, problem.detail ?? `the service responded with status ${answer.status}`);
   }
   return answer;
+}
+
+/** Read what does not change, again and again until the service answers. @throws Error if it has no such document. */
+export async function readOnce<T>(read: () => Promise<T>): Promise<T> {
+  for (;;) {
+    try {
+      return await read();
+    } catch (error) {
+      if (error instanceof SyntaxError || (error instanceof AnswerError && !PASSING.includes(error.status))) throw error;
+      await new Promise<void>((done) => void setTimeout(done, AGAIN_MS));
+    }
+  }
 }
 
 function sensorsOf(document: unknown): Sensor[] {

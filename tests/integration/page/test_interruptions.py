@@ -7,7 +7,7 @@ import numpy as np
 from playwright.sync_api import Page, Route
 
 from integration.page.conftest import Air
-from integration.page.test_browser import STORE, opened, settled
+from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_panels import pictured
 from support.processes.waiting import pause, wait_until
 
@@ -64,3 +64,21 @@ def test_the_trajectory_set_ends_if_its_track_is_not_answered_for(page: Page, ai
     read = page.evaluate(f"{SELECTION}.revision")
     settled(page, f"{SELECTION}.revision > {read + 1}")
     assert page.evaluate(f"{SELECTION}.bundle") is None
+
+
+def test_the_coastlines_are_requested_again(page: Page, air: Air) -> None:
+    asked: list[Route] = []
+
+    def first(route: Route) -> None:
+        asked.append(route)
+        if len(asked) == 1:
+            route.abort()
+        elif len(asked) == 2:
+            route.fulfill(status=502, body="bad gateway")
+        else:
+            route.continue_()
+
+    page.route("**/page/land.json", first)
+    opened(page, air)
+    settled(page, f"{PICTURE}.land.getSource().getFeatures().length > 100")
+    assert len(asked) == 3
