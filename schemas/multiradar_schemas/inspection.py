@@ -268,6 +268,10 @@ class Inspection(Record):
     unknown_editions: Annotated[
         list[str], _text("Sources whose records match no known edition, with the reason")
     ]
+    moved_files: Annotated[
+        list[str],
+        _text("Files placed on a later day than another file of the same hours, with the reason"),
+    ]
     first_s: Annotated[float | None, _number("Time of the first report", _TIME_UNIT, "no times")]
     last_s: Annotated[float | None, _number("Time of the last report", _TIME_UNIT, "no times")]
     date: Annotated[

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import polars as pl
@@ -47,7 +48,7 @@ from multiradar_converters.asterix.decoding.timing import (
     services_in_order,
     time_targets,
 )
-from multiradar_converters.asterix.file_order import FileOrder
+from multiradar_converters.asterix.file_order import FileOrder, file_times
 from multiradar_converters.asterix.framing.containers import CAPTURE, read_blocks
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.options import Options
@@ -124,16 +125,16 @@ def convert(
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
                 gathered = _gathered(path, options, folder.path)
-                account, part, days = _of_file(gathered, options, findings)
+                timed, antennas = time_targets(gathered, options.scan_periods())
+                days = days_of_file(gathered, timed)
+                _retain(findings, antennas)
+                account, part = _of_file(gathered, timed, days, options, findings)
                 made = _system_tracks(gathered, days, account, options, findings)
                 status = reported_biases.frame(
                     gathered.status, days.status_s, unix_start(options.date)
                 )
-                measured_s = [] if part is None else [part.numbers["time_s"]]
-                moved_s = order.add(account.file, [*measured_s, _times(made), _times(status)])
-                for broken in sorted(account.broken, key=lambda one: one.offset):
-                    rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True))
-                    rejects.write("\n")
+                moved_s = order.add(account.file, file_times(gathered, timed, days))
+                _write_rejects(rejects, gathered, account)
                 account.check()
                 findings.files.append(account)
                 if part is not None:
@@ -143,7 +144,7 @@ def convert(
                 biases.append(status.with_columns(pl.col("time_s") + moved_s))
                 advance(gathered.blocks.size)
         _check_some_known(findings, options)
-        findings.exchanged_files = order.exchanged
+        findings.exchanged_files, findings.moved_files = order.exchanged, order.moved
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
         written = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
@@ -158,10 +159,6 @@ def convert(
         report = report_json(folder.path / "report.json", findings, options)
         folder.finish()
     return report
-
-
-def _times(frame: pl.DataFrame) -> Numbers:
-    return frame["time_s"].fill_null(np.nan).to_numpy()
 
 
 _NO_ASTERIX = (
@@ -221,6 +218,11 @@ def _gathered(path: Path, options: Options, folder: Path) -> Gathered:
     return gathered
 
 
+def _write_rejects(rejects: TextIO, gathered: Gathered, account: FileAccount) -> None:
+    for broken in sorted(account.broken, key=lambda one: one.offset):
+        rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True) + "\n")
+
+
 def _reject(gathered: Gathered, broken: Broken) -> Reject:
     octets = gathered.blocks.data[broken.begin : broken.begin + broken.octets]
     cut = len(octets) > RAW_OCTETS_MAX
@@ -234,9 +236,9 @@ def _reject(gathered: Gathered, broken: Broken) -> Reject:
 
 
 def _of_file(
-    gathered: Gathered, options: Options, findings: Findings
-) -> tuple[FileAccount, _Part | None, FileDays]:
-    """Assign times to the reports of a file, reject invalid ones, and count."""
+    gathered: Gathered, timed: Timed | None, days: FileDays, options: Options, findings: Findings
+) -> tuple[FileAccount, _Part | None]:
+    """Reject invalid reports of a file, and count."""
     account = FileAccount(
         file=gathered.blocks.file,
         form=gathered.blocks.form,
@@ -257,19 +259,15 @@ def _of_file(
             findings.status.setdefault(source_name(source), {}).update(last)
     findings.skipped.update(gathered.skipped)
     findings.unfit.update(gathered.unfit)
-    timed, antennas = time_targets(gathered, options.scan_periods())
-    _retain(findings, antennas)
     findings.differences += _differences(gathered, timed)
-    days = days_of_file(gathered, timed)
     if timed is None:
-        return account, None, days
+        return account, None
     # Those of earlier files count, too.
     references = reported_references(findings.antennas) | options.reference_points()
     local = np.unique(timed.rows.source[local_only(timed.targets)]).tolist()
     findings.references |= {one: references[one] for one in local if one in references}
     targets = located(timed.targets, timed.rows.source, references)
-    measured = _measured(replace(timed, targets=targets), days, account, options, findings)
-    return account, measured, days
+    return account, _measured(replace(timed, targets=targets), days, account, options, findings)
 
 
 def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:

@@ -109,6 +109,7 @@ class Findings:
     unreferenced: Counter[tuple[int, int]] = field(default_factory=Counter)
     plot_figures: dict[str, PlotFigures] = field(default_factory=dict)
     exchanged_files: list[tuple[str, str]] = field(default_factory=list)
+    moved_files: list[str] = field(default_factory=list)
     captured_s: float = math.nan
     first_s: float | None = None
     last_s: float | None = None
@@ -172,6 +173,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
             if broken.code == RejectCode.TRUNCATED
         },
         "exchanged_files": [list(pair) for pair in findings.exchanged_files],
+        "moved_files": findings.moved_files,
         "records": {category: sum(of.values()) for category, of in records.items()},
         "records_by_sensor": records,
         "items": items,

@@ -5,12 +5,14 @@ resolved within a window, in which it repeats its service messages; equal record
 window, too.
 """
 
+import copy
 import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -51,6 +53,12 @@ from multiradar_converters.asterix.decoding.timing import (
     services_in_order,
     time_targets,
 )
+from multiradar_converters.asterix.file_order import (
+    DATED_FROM_S,
+    FileTimes,
+    file_times,
+    joined_times,
+)
 from multiradar_converters.asterix.framing.containers import Blocks
 from multiradar_converters.asterix.framing.windows import block_windows
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
@@ -74,7 +82,6 @@ FAR_OFF = "a time that differs by more than an hour from neighbouring times"
 Item = TypeVar("Item")
 
 _DAY_S = 86_400.0
-_DATED_FROM_S = 366 * _DAY_S
 _PLACE = re.compile(r", at octet \d+ of the block$|, after \d+ of \d+ octets$")
 _BDS_CATEGORY, _BDS_ITEM, _BDS_OCTETS = 48, "250", 8
 
@@ -103,11 +110,13 @@ def inspect_asterix(
         The file cannot be read.
     """
     recording: _Recording | None = None
+    chosen = copy.deepcopy(editions)
     windows = _ahead(_decoded(_ahead(block_windows(path)), editions, every))
     for gathered, registers in windows:
         blocks = gathered.blocks
         if recording is None:
-            recording = _Recording(survey, FileSurvey(path.name, blocks.form, 0))
+            account = FileSurvey(path.name, blocks.form, 0)
+            recording = _Recording(survey, account, partial(_all_times, path, chosen))
         recording.add(gathered, registers)
         advance(blocks.size)
     names = editions.names()
@@ -115,6 +124,15 @@ def inspect_asterix(
         one.edition = names.get(f"{category:03d}", {}).get(source, "")
     reasons = [editions.why_unfit(*pair) for pair in sorted(editions.unfit)]
     survey.unknown_editions += [one for one in reasons if one not in survey.unknown_editions]
+
+
+def _all_times(path: Path, editions: Editions) -> FileTimes:
+    """Return the times of all records of a file."""
+    days, parts = _Days(), []
+    for gathered, _ in _decoded(block_windows(path), editions, 1):
+        timed, _ = time_targets(gathered)
+        parts.append(file_times(gathered, timed, days.add(gathered, timed)))
+    return joined_times(parts)
 
 
 def _decoded(
@@ -146,10 +164,17 @@ def _ahead(items: Iterator[Item]) -> Iterator[Item]:
 class _Recording:
     """A file of which windows are added in order."""
 
-    def __init__(self, survey: Survey, account: FileSurvey) -> None:
+    def __init__(
+        self, survey: Survey, account: FileSurvey, all_times: Callable[[], FileTimes]
+    ) -> None:
         self._survey = survey
         self._account = account
+        self._all_times = all_times
         self._days = _Days()
+        # Time of the day on which the file starts, s; None before its first times.
+        self._moved_s: float | None = None
+        # Whether all times were compared with those of other files.
+        self._compared = False
         survey.files.append(account)
 
     def add(self, gathered: Gathered, registers: "_Registers | None") -> None:
@@ -168,7 +193,7 @@ class _Recording:
             ):
                 before = Antenna(one.north_marks, one.sectors, one.period_s, site)
             self._survey.antennas[source_name(source)] = replace(before, site=site)
-        days = self._days.add(gathered, timed)
+        days = self._dated(gathered, timed)
         if self._survey.start_s is None and timed is not None:
             self._survey.start_s = _day_start(timed.rows.received_s, days.time_s)
         if gathered.status:
@@ -231,6 +256,18 @@ class _Recording:
             figures.add_times(time_s[rows[kept[rows]]])
             if detailed:
                 figures.add(_reports(timed, rows[own[rows]], time_s))
+
+    def _dated(self, gathered: Gathered, timed: Timed | None) -> FileDays:
+        """Return the times of a window in the recording of all files."""
+        days, order = self._days.add(gathered, timed), self._survey.order
+        times = file_times(gathered, timed, days)
+        if self._moved_s is None and len(times.time_s):
+            self._compared = order.needs_all(times)
+            whole = self._all_times() if self._compared else times
+            self._moved_s = order.add(self._account.file, whole)
+        elif not self._compared:
+            order.extend(times)
+        return days.moved(self._moved_s or 0.0)
 
 
 class _Days:
@@ -296,7 +333,7 @@ def _thinned(found: Differences) -> Differences:
 def _day_start(received_s: Numbers, time_s: Numbers) -> float | None:
     """Return the Unix time of the start of the day of the first time, if the recorder knows it."""
     apart = (received_s - time_s)[np.isfinite(received_s) & np.isfinite(time_s)]
-    if not len(apart) or np.median(apart) < _DATED_FROM_S:
+    if not len(apart) or np.median(apart) < DATED_FROM_S:
         return None
     return _DAY_S * round(float(np.median(apart)) / _DAY_S)
 

@@ -153,6 +153,7 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
             )
         ],
         unknown_editions=survey.unknown_editions,
+        moved_files=survey.order.moved,
         first_s=min(firsts, default=None),
         last_s=max(lasts, default=None),
         date=None if start is None else dt.datetime.fromtimestamp(start, dt.UTC).date().isoformat(),

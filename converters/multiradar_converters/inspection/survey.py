@@ -7,6 +7,7 @@ import polars as pl
 
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.asterix.decoding.sensor_clocks import Differences
+from multiradar_converters.asterix.file_order import FileOrder
 from multiradar_converters.inspection.sensor_figures import SensorFigures
 
 #: Name of a sensor in the recording, and kind of its measurements.
@@ -87,6 +88,8 @@ class Survey:
         Fraction of the octets from which the figures of plots are.
     start_s : float or None
         Unix time of the start of the first day, s, if the recorder knows it.
+    order : FileOrder
+        Days of the ASTERIX recordings.
     """
 
     files: list[FileSurvey] = field(default_factory=list)
@@ -100,6 +103,7 @@ class Survey:
     references: dict[int, ReferencePoint] = field(default_factory=dict)
     sampled: float = 1.0
     start_s: float | None = None
+    order: FileOrder = field(default_factory=FileOrder)
 
     def sensor(self, key: SensorKey) -> SensorFigures:
         """Return the figures of a sensor, new ones for a new sensor."""

@@ -131,6 +131,7 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
         "counted in file order"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
+    found += report["figures"].get("moved_files", ())
     path = out / SYSTEM_TRACKS_FILE
     unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
     return [*found, f"{unseen}; `evaluate` cannot use them as a reference"] if unseen else found

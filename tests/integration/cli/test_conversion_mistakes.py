@@ -1,5 +1,6 @@
 """Conversions of recordings that are cut short, given twice, or with options for other sources."""
 
+import json
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,8 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import run
-from support.asterix.octets import block, final_format, plot_048, rply
+from support.asterix.octets import block, datagram, final_format, plot_048, rply
+from support.asterix.octets import pcap as capture
 
 PLOTS = 40
 
@@ -266,6 +268,40 @@ def test_files_in_order_continue_past_midnight(
     assert capsys.readouterr().err == ""
     times = pl.read_parquet(out / "measurements.parquet")["time_s"]
     assert times.to_list() == [86_000.0 + 10.0 * number for number in range(2 * PLOTS)]
+    assert run(["inspect", *map(str, files), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["first_s"], found["last_s"]) == (times.min(), times.max())
+
+
+def _day(phase_s: float) -> list[tuple[float, bytes]]:
+    """Return plots of one radar, one each half hour, from midnight to midnight, with times."""
+    times = [phase_s + 1800.0 * number for number in range(48)]
+    return [(one, block(48, plot_048(one, azimuth_deg=one % 360.0))) for one in times]
+
+
+@pytest.mark.parametrize("dated", [True, False])
+def test_files_of_whole_days_follow_one_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, dated: bool
+) -> None:
+    days = [_day(0.5), _day(1.25)]
+    files = [tmp_path / "a.ast", tmp_path / "b.ast"]
+    for number, (file, day) in enumerate(zip(files, days, strict=True)):
+        start_s = 1_533_081_600.0 + 86_400.0 * number
+        packets = [(start_s + time_s + 0.25, datagram(one)) for time_s, one in day]
+        file.write_bytes(capture(packets) if dated else b"".join(one for _, one in day))
+    out = tmp_path / "out"
+    assert run(["convert", "asterix", *map(str, files), "--out", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert ("b.ast: placed on a later day than a.ast" in said) != dated
+    assert bool(said) != dated
+    times = pl.read_parquet(out / "measurements.parquet")["time_s"]
+    expected = [phase_s + 1800.0 * number for phase_s in (0.5, 86_401.25) for number in range(48)]
+    assert times.to_list() == expected
+    assert run(["inspect", *map(str, files), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["first_s"], found["last_s"]) == (expected[0], expected[-1])
+    assert found["date"] == ("2018-08-01" if dated else None)
+    assert len(found["moved_files"]) == (0 if dated else 1)
 
 
 @pytest.mark.parametrize("exchanged", [True, False])

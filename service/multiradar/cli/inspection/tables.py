@@ -303,7 +303,7 @@ def _rejects(found: Inspection) -> Table:
 
 
 def _notes(found: Inspection) -> list[str]:
-    notes = list(found.unknown_editions)
+    notes = [*found.unknown_editions, *found.moved_files]
     if found.sampled_fraction < 1.0:
         notes.append(
             "Figures for aircraft, coverage and registers are based on "

@@ -1,6 +1,7 @@
 """Figures of recordings, from octets and lines written here."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from multiradar_converters.asterix.decoding import aircraft_items
 from multiradar_converters.asterix.decoding.editions import Editions, sources_of
 from multiradar_converters.asterix.decoding.gathering import decode_blocks
 from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.framing.windows import block_windows
 from multiradar_converters.errors import LayoutError
+from multiradar_converters.inspection import asterix_input
 from multiradar_converters.inspection.document import inspection_of, stated_sites
 from multiradar_converters.inspection.recordings import (
     InspectionOptions,
@@ -158,6 +161,25 @@ def test_times_continue_past_midnight(tmp_path: Path) -> None:
     survey = of_octets(tmp_path, b"".join(block(48, plot_048(time)) for time in times.tolist()))
     assert survey.sensors[RADAR].first_s == DAY_S - 8.0
     assert survey.sensors[RADAR].last_s == DAY_S + 12.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("phase_s", "days"), [(0.5, 0), (1.0, 1)])
+def test_a_file_that_contradicts_the_previous_one_is_read_twice(
+    phase_s: float, days: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    windows = partial(block_windows, octets=1 << 18)
+    monkeypatch.setattr(asterix_input, "block_windows", windows)
+    times = 4.0 * np.arange(20_000)
+    paths = [tmp_path / "a.ast", tmp_path / "b.ast"]
+    for path, first_s in zip(paths, (0.5, phase_s), strict=True):
+        parts = (block(48, plot_048(time + first_s)) for time in times.tolist())
+        path.write_bytes(b"".join(parts))
+    assert len(list(windows(paths[1]))) > 1
+    survey = surveyed(*paths)
+    figures = survey.sensors[RADAR]
+    assert (figures.reports, len(survey.order.moved)) == (40_000, days)
+    assert (figures.first_s, figures.last_s) == (0.5, times[-1] + phase_s + days * DAY_S)
 
 
 def test_the_clock_of_the_recorder_has_the_date(tmp_path: Path) -> None:
