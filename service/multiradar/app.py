@@ -189,11 +189,14 @@ class Application:
             self._sender.start()
         if self._trajectories is not None:
             self._trajectories.start()
+        replaying = self.service if self._standby is None else self._standby
+        replaying.start()
+        if self._trajectories is not None:
+            # A standby, too, processes as fast as the primary.
+            self._trajectories.go_live()
         if self._standby is None:
-            self.service.start()
             self._begin()
         else:
-            self._standby.start()
             _log.info("following", http=self.http_url)
         self._watch()
         self._supervisor.ready()
@@ -204,8 +207,6 @@ class Application:
 
     # The journal was replayed, and this service writes it; all further data are new.
     def _begin(self) -> None:
-        if self._trajectories is not None:
-            self._trajectories.go_live()
         if self._sender is not None:
             self._sender.begin()
         for part in self._zenoh:

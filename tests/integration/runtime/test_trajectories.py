@@ -151,3 +151,33 @@ def test_the_track_command_agrees(live: _Answers, tmp_path: Path) -> None:
         last = table.filter(pl.col("track_id") == track).row(-1, named=True)
         row = table_row(answer)
         assert last == {name: row.get(name) for name in table.columns}
+
+
+def test_a_standby_does_not_wait_for_trajectories(tmp_path: Path) -> None:
+    """It followed as slowly as its sets were computed, and fell behind without bound."""
+    settings = load_settings(
+        None,
+        {
+            "server": {"port": 0},
+            "journal": {"path": tmp_path / "journal.sqlite", "standby": True},
+            "zenoh": {"enabled": False},
+            "trajectories": {"aircraft_max": 10, "plots_waiting_max": 10},
+        },
+    )
+    primary, standby = (Application(settings, TABLE, lambda: None) for _ in range(2))
+    primary.start()
+    standby.start()
+    try:
+        assert standby.following
+        trajectories = standby._trajectories
+        assert trajectories is not None
+        with trajectories._using:
+            primary.service.submit(recording(), source="test").result(WAIT_TIMEOUT_S)
+            primary.service.flush(source="test").result(WAIT_TIMEOUT_S)
+            processor = standby.service._processor
+            assert processor is not None
+            wait_until(lambda: processor.processed == 2, "the standby to be level")
+        assert standby.service.view.status()["trajectories"]["plots_lost"] > 0
+    finally:
+        standby.stop()
+        primary.stop()
