@@ -52,14 +52,17 @@ class HealthBoard:
         return float(epochs[0].time_s[0]) if len(epochs) == self._epochs.maxlen else -np.inf
 
     def after(
-        self, last: tuple[int, float] | None
+        self, last: tuple[int, float] | None, *, repeating: bool = False
     ) -> tuple[HealthRecords, tuple[int, float] | None]:
         """Return the retained records after an epoch, and the last epoch.
 
         Parameters
         ----------
         last : tuple of int and float, or None
-            Number and end of an epoch; None, or one that is not retained: all records.
+            Number and end of an epoch; None, or one that is no longer retained: all records. No
+            record before the epoch is there again, as while the engine processes the journal again.
+        repeating : bool
+            Whether it does, as far as is known.
 
         Returns
         -------
@@ -70,12 +73,18 @@ class HealthBoard:
         """
         new: list[HealthRecords] = []
         named = None
-        for records in reversed(tuple(self._epochs)):
+        epochs = tuple(self._epochs)
+        for records in reversed(epochs):
             name = int(records.epoch[0]), float(records.time_s[0])
             named = named or name
             if name == last:
                 break
             new.append(records)
+        else:
+            if last is not None and named is not None:
+                has_all = len(epochs) < (self._epochs.maxlen or 0)
+                if repeating or (has_all and named < last):
+                    return HealthRecords.concatenate([]), last
         return HealthRecords.concatenate(new[::-1]), named
 
     def at(self, time_s: float) -> HealthRecords:

@@ -116,13 +116,20 @@ def new_rows(
     JournalError
         The journal cannot be read.
     """
+    # The health first: while the engine processes the journal again, its epochs are repeated at
+    # least until the rings have their rows again.
+    last = positions[HEALTH_FILE]
+    records, reached = known.healths.after(
+        None if last is None else (last[0], last[1]),
+        repeating=any(
+            known.logs[ring].appended < positions[table] for table, (ring, _) in _RINGS.items()
+        ),
+    )
+    health = wire.health_frame(records, known.sensors)
     found = {
         table: _of_ring(known, ring, frame, positions[table])
         for table, (ring, frame) in _RINGS.items()
     }
-    last = positions[HEALTH_FILE]
-    records, reached = known.healths.after(None if last is None else (last[0], last[1]))
-    health = wire.health_frame(records, known.sensors)
     found[HEALTH_FILE] = NewRows(health, reached or last)
     found[MEASUREMENTS_FILE] = _measurements(journal, until, positions[MEASUREMENTS_FILE])
     return found
