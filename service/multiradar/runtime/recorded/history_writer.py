@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from multiradar.clock import Clock
-from multiradar.errors import ConfigurationError, MultiradarError
+from multiradar.errors import ConfigurationError, MultiradarError, RemovedEntriesError
 from multiradar.runtime.live.publication import Processed
 from multiradar.runtime.live.readiness import Disk
 from multiradar.runtime.live.threads import Event, Thread, Threads
@@ -85,6 +85,23 @@ def foreign(sequence: int, last: int) -> tuple[str, str]:
     )
 
 
+def before(sequence: int, base: int) -> tuple[str, str]:
+    """Return why a history cannot be continued with a shortened journal, and what to do.
+
+    Parameters
+    ----------
+    sequence : int
+        The entry up to which the history was written, which was removed from the journal.
+    base : int
+        The last entry that was removed.
+    """
+    return (
+        f"the history covers entries up to {sequence}, but the journal now starts with entry "
+        f"{base + 1}",
+        "choose a new folder for the history, and keep this folder",
+    )
+
+
 class HistoryWriter:
     """Writes a history; any thread reads its counts.
 
@@ -123,12 +140,12 @@ class HistoryWriter:
     def start(self, journal: Journal, processor: Processed) -> None:
         """Continue the history with what the service processes from now on."""
         self._journal, self._processor = journal, processor
+        self._first = present_positions(self._known, journal)
         try:
             self._open()
         except (MultiradarError, OSError) as error:
-            # The service is worth more than its history.
+            # The service is worth more than its history; the thread tries again.
             self._stop_for(error)
-            return
         self._written_s = self._clock.monotonic_s()
         self._thread = self._threads.start(self._run, "history")
 
@@ -190,13 +207,16 @@ class HistoryWriter:
             return None
         return Space(disk.free, disk.total, 0)
 
-    def _open(self) -> None:
+    def _open(self) -> HistoryFolder:
         folder = HistoryFolder(self._rules.folder, self._beside)
         state = folder.state
         try:
             if not state.positions:
-                self._positions = present_positions(self._known, self._journal)
+                self._positions = dict(self._first)
                 self._commit(folder, {})
+            elif 0 < state.sequence < (base := self._journal.removed_until()):
+                reason, advice = before(state.sequence, base)
+                raise RemovedEntriesError(f"{folder.path}: {reason}; {advice}")
             elif self._digest(state.sequence) != state.digest:
                 last = self._journal.counts().entries
                 reason, advice = foreign(state.sequence, last)
@@ -207,9 +227,10 @@ class HistoryWriter:
             folder.close()
             raise
         self._folder = folder
+        return folder
 
     def _run(self) -> None:
-        wait_s = 0.0
+        wait_s = _RETRY_S if self.stopped else 0.0
         ends = False
         # Once more at the end, for the last rows.
         while not ends:
@@ -230,8 +251,7 @@ class HistoryWriter:
 
     # Returns whether there are more rows already.
     def _write(self) -> bool:
-        folder = self._folder
-        assert folder is not None, "the writer thread requires a history folder"
+        folder = self._folder or self._open()
         least = FREE_FACTOR * self._rules.limits.disk_free_bytes_min
         if folder.free_octets() < least:
             self._remove(folder)
@@ -291,6 +311,11 @@ class HistoryWriter:
 def _reason(error: Exception) -> str:
     if is_full(error):
         return "the history disk is full; free some space, or lower history.octets"
+    if isinstance(error, RemovedEntriesError):
+        return (
+            "entries of the journal that follow the history are only in its archive; choose a new "
+            "folder"
+        )
     if isinstance(error, ConfigurationError):
         return (
             "the history belongs to another journal, or to a later state of this journal, which "

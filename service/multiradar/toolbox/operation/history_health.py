@@ -54,7 +54,7 @@ def check_history(folder: Path, journal: Path, limits: "RuntimeLimits") -> Findi
 # Up to where it was written, and what to do if it cannot be continued.
 def _written(folder: Path, journal: Path) -> tuple[str, str]:
     from multiradar.runtime.recorded.history_files import read_state
-    from multiradar.runtime.recorded.history_writer import foreign
+    from multiradar.runtime.recorded.history_writer import before, foreign
 
     found = read_state(folder)
     if not found.sequence:
@@ -70,10 +70,7 @@ def _written(folder: Path, journal: Path) -> tuple[str, str]:
             return "not compared with the journal, which cannot be read", ""
         base, last = extent.base.sequence, extent.last
     if found.sequence < base:
-        return (
-            f"the history covers entries up to {found.sequence}, but the journal now starts with "
-            f"entry {base + 1}", "choose a new folder for the history, and keep this folder",
-        )  # fmt: skip
+        return before(found.sequence, base)
     if digest.hex() != found.digest:
         return foreign(found.sequence, last)
     return f"covers entries up to {found.sequence:,}", ""
