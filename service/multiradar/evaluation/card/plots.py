@@ -84,8 +84,10 @@ def _worst(card: Scorecard) -> Iterator[Plot]:
     age_s = (
         errors.time_s - tracks.time_s[np.searchsorted(tracks.track, tracks.track)][errors.update]
     )
-    settled = np.where(age_s >= _SETTLED_S, errors.position_m, -1.0)
-    row = int(np.argmax(settled))
+    established = np.flatnonzero(age_s >= _SETTLED_S)
+    if not len(established):
+        return
+    row = int(established[np.argmax(errors.position_m[established])])
     time_s, aircraft = errors.time_s[row], errors.aircraft[row]
     near = np.abs(errors.time_s - time_s) <= _AROUND_S
     reported = tracks.position_m[errors.update[near & (errors.aircraft == aircraft)]] / 1000.0

@@ -50,6 +50,16 @@ def test_the_largest_error_is_given_its_time() -> None:
     assert _plot(_card(28_800.0), "worst").title.endswith(", aircraft one, 08:03:20")
 
 
+def test_without_an_established_track_no_error_is_the_largest() -> None:
+    """An aircraft in sight for a minute: every update is of track initiation."""
+    flown = FLIGHT[:14]
+    card = evaluate(
+        tracks_of({7: flown}), reference_of({"one": flown}), EvaluationSettings(), tuple(PRESETS)
+    )
+    assert len(card.errors.time_s)
+    assert "worst" not in [one.name for one in card_plots(card)]
+
+
 def test_tracks_are_counted_by_state() -> None:
     compared = figures_of(_card(EIGHT))["compared"]
     assert isinstance(compared, dict)
