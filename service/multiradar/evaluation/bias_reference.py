@@ -34,7 +34,8 @@ MEASURED_S = 15.0
 #: Columns that an update needs.
 COLUMNS = ("time_s", "latitude_deg", "longitude_deg", "flight")
 SIGMA_COLUMN = "position_sigma_m"
-#: Identities by which plots belong to an aircraft, the best first.
+#: Identities by which plots belong to an aircraft, the best first. One decides at times when plots
+#: have it: those of Mode A/C radars have no address.
 IDENTITIES = ("mode_s_address", "mode_3a", "track_number")
 
 
@@ -160,15 +161,17 @@ def _apart(flight: Indices, time_s: Floats, usable: Flags) -> Flags:
 
 
 def _measured(rows: pl.DataFrame, plots: pl.DataFrame) -> Flags:
-    """Return which updates have a plot with their best identity at that time."""
+    """Return which updates have a plot with their identity, the best that plots have then."""
+    time_s = rows["time_s"].cast(pl.Float64).to_numpy()
     measured: Flags = np.zeros(len(rows), np.bool_)
     decided: Flags = np.zeros(len(rows), np.bool_)
     for name in IDENTITIES:
         known = rows[name].is_not_null().to_numpy() & ~decided
         if name == "mode_3a":
             known &= _by_one_flight(rows, name)
-        own = np.flatnonzero(known)
         times = plots.drop_nulls(name).select("time_s", name).sort("time_s")
+        known &= _any_near(time_s, times["time_s"].cast(pl.Float64).to_numpy())
+        own = np.flatnonzero(known)
         wanted = rows[own.tolist()].select("time_s", name).with_row_index("at").sort("time_s")
         found = wanted.join_asof(
             times.with_columns(pl.col("time_s").alias("plot_s")),
@@ -181,6 +184,12 @@ def _measured(rows: pl.DataFrame, plots: pl.DataFrame) -> Flags:
         measured[own[found["at"].to_numpy()]] = True
         decided |= known
     return measured
+
+
+# Whether any of the others, ascending, is at most `MEASURED_S` away.
+def _any_near(time_s: Floats, others_s: Floats) -> Flags:
+    first = np.searchsorted(others_s, time_s - MEASURED_S, side="left")
+    return np.searchsorted(others_s, time_s + MEASURED_S, side="right") > first
 
 
 # Several aircraft may have one code, which then says nothing.

@@ -76,6 +76,9 @@ def test_turns_are_left_out() -> None:
     [
         (("3c0001", "1000"), ("3c0001", None), True),
         (("3c0001", "1000"), ("3c0002", "1000"), False),
+        # Plots of Mode A/C radars have no address.
+        (("3c0001", "1000"), (None, "1000"), True),
+        (("3c0001", "1000"), (None, "2000"), False),
         ((None, "1000"), ("3c0001", "1000"), True),
         ((None, None), ("3c0001", "1000"), False),
     ],
@@ -88,6 +91,16 @@ def test_only_aircraft_that_are_measured_are_used(
     )
     assert bool(len(made)) == used
     assert bool(counts.not_measured) == (not used)
+
+
+def test_an_address_decides_while_plots_have_addresses() -> None:
+    """A Mode S radar, which does not see the aircraft, fails after half of the time."""
+    of_code = plots(None, "1000")
+    both = pl.concat([of_code, plots("3c0002", "2000", end_s=200.0)])
+    made, counts = reference_measurements(track(), both, SIGMA_M)
+    time_s = made["time_s"].to_numpy()
+    assert 200.0 < time_s.min() < 240.0
+    assert counts.not_measured > 0
 
 
 def test_updates_after_the_last_plot_and_shared_codes_are_left_out() -> None:
