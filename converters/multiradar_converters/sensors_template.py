@@ -8,6 +8,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from multiradar_schemas.sensors.sensor import (
     ESTIMATED_BY_KIND,
     PARAMETERS_BY_KIND,
@@ -35,6 +38,30 @@ _SURFACE_PRIOR_SIGMA = {"range_offset_m": 50.0, "azimuth_offset_deg": 1.0}
 
 #: Source of a scan period.
 FROM_PLOTS = "measured from the plots"
+
+
+def middle_of_reports(
+    latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return the medians of positions, also across the antimeridian.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg : float64[n]
+        Positions; with NaN the result is NaN.
+
+    Returns
+    -------
+    latitude_deg, longitude_deg : float
+        Medians; longitudes that extend over more than half a turn are ordered from the meridian
+        opposite to the direction of their sum.
+    """
+    longitude = float(np.median(longitude_deg))
+    if len(longitude_deg) and np.ptp(longitude_deg) > 180.0:
+        towards = float(np.degrees(np.angle(np.exp(1j * np.radians(longitude_deg)).sum())))
+        away = np.median((longitude_deg - towards + 180.0) % 360.0 - 180.0)
+        longitude = float((towards + away + 180.0) % 360.0 - 180.0)
+    return float(np.median(latitude_deg)), longitude
 
 
 @dataclass(frozen=True, slots=True)

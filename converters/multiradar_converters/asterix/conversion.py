@@ -67,7 +67,7 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.report_file import extremes
 from multiradar_converters.scan_period import scan_period_s, why_no_period
-from multiradar_converters.sensors_template import FROM_PLOTS
+from multiradar_converters.sensors_template import FROM_PLOTS, middle_of_reports
 from multiradar_converters.vid.text.times import unix_start
 from multiradar_schemas.reject import Reject, RejectCode
 
@@ -381,9 +381,8 @@ def _frames(
             why_no_period(*plots) if math.isnan(period_s) else FROM_PLOTS,
             float(np.max(np.nan_to_num(kept["range_m"][own]), initial=0.0)),
         )
-        findings.middles[name] = (
-            float(np.median(kept["latitude_deg"][own])),
-            float(np.median(kept["longitude_deg"][own])),
+        findings.middles[name] = middle_of_reports(
+            kept["latitude_deg"][own], kept["longitude_deg"][own]
         )
     values = joined([part.aircraft_data for part in parts])[~again]
     data = screened(values, whole["dropped"], places.ravel(), whole["address"], kept)

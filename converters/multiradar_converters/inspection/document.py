@@ -28,6 +28,7 @@ from multiradar_converters.sensors_template import (
     MIDDLE_OF_REPORTS,
     REFERENCE_POINT,
     FoundSensor,
+    middle_of_reports,
     sensors_text,
 )
 from multiradar_schemas.inspection import (
@@ -301,5 +302,4 @@ def _middle(figures: SensorFigures) -> tuple[float, float, float] | None:
     known = np.isfinite(sample.latitude_deg) & np.isfinite(sample.longitude_deg)
     if not known.any():
         return None
-    latitude, longitude = sample.latitude_deg[known], sample.longitude_deg[known]
-    return float(np.median(latitude)), float(np.median(longitude)), 0.0
+    return (*middle_of_reports(sample.latitude_deg[known], sample.longitude_deg[known]), 0.0)

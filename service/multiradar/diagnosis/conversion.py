@@ -70,6 +70,7 @@ from multiradar.diagnosis.single_sensor.jumps import check_jumps
 from multiradar.diagnosis.single_sensor.steps import check_rounded, check_wrapped
 from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.longitudes import median_longitude
 from multiradar_converters.vid.text.lines import BY_PROFILE
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import Sensor
@@ -445,7 +446,7 @@ def _around_a_site(plots: Plots, measured: Polar) -> tuple[Agreement, Site]:
     compared = len(np.unique(pairs.plot))
     middle = (
         float(np.radians(np.nanmedian(plots.latitude_deg))) if compared else 0.0,
-        float(np.radians(np.nanmedian(plots.longitude_deg))) if compared else 0.0,
+        median_longitude(np.radians(plots.longitude_deg)) if compared else 0.0,
         _SITE_HEIGHT_M,
     )
     if not compared:

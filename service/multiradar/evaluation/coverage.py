@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, Uncovered
+from multiradar.geodesy.longitudes import median_longitude
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar_schemas.sensors.sensor import Sensor
 
@@ -147,4 +148,4 @@ def _site(sensor: Sensor, latitude: Floats, longitude: Floats) -> tuple[float, f
         place = np.radians([sensor.latitude_deg, sensor.longitude_deg]).tolist()
         return place[0], place[1], sensor.height_m
     # Receivers are many, and not at the site of the file.
-    return float(np.median(latitude)), float(np.median(longitude)), np.nan
+    return float(np.median(latitude)), median_longitude(longitude), np.nan

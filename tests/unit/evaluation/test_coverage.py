@@ -52,12 +52,15 @@ def test_the_neighbour_of_a_covered_position_is_kept_for_interpolation() -> None
     assert covered([1e5] * 2, [95.0, 105.0])[0] == [False, True]
 
 
-def updates(sensor: str, latitude_deg: Floats, time_s: Floats) -> pl.DataFrame:
+def updates(
+    sensor: str, latitude_deg: Floats, time_s: Floats, longitude_deg: list[float] | None = None
+) -> pl.DataFrame:
     count = len(time_s)
+    east = [8.0] * count if longitude_deg is None else longitude_deg
     return pl.DataFrame(
         {
             "sensor_id": [sensor] * count, "time_s": time_s, "latitude_deg": latitude_deg,
-            "longitude_deg": [8.0] * count, "state": ["confirmed"] * (count - 1) + ["coasting"],
+            "longitude_deg": east, "state": ["confirmed"] * (count - 1) + ["coasting"],
         }
     )  # fmt: skip
 
@@ -73,6 +76,13 @@ def test_without_a_range_the_farthest_update_is_the_limit() -> None:
     rows = updates("r", np.array([47.1, 47.5, 49.0]), np.array([10.0, 20.0, 99.0]))
     (found,) = covered_regions(rows, [RADAR.model_copy(update={"range_max_m": None})])
     assert found.range_max_m == pytest.approx(0.5 * DEGREE_M, rel=0.01)
+
+
+def test_receivers_cover_an_area_across_the_antimeridian() -> None:
+    rows = updates("a", np.full(5, -17.0), np.arange(5.0), [178.5, 179.5, -179.7, -178.9, 0.0])
+    (found,) = covered_regions(rows, [Sensor(id="a", kind="adsb")])
+    assert np.degrees(found.longitude_rad) == pytest.approx(179.9)
+    assert found.range_max_m < 2.0 * DEGREE_M
 
 
 def test_receivers_cover_the_area_of_their_updates_without_a_horizon() -> None:

@@ -307,7 +307,8 @@ def _stretch(plots: Plots) -> tuple[float, float] | None:
     first, last = first[known], last[known]
     latitude = np.radians(plots.latitude_deg)
     north = latitude[last] - latitude[first]
-    east = np.radians(plots.longitude_deg[last] - plots.longitude_deg[first])
+    east = plots.longitude_deg[last] - plots.longitude_deg[first]
+    east = np.radians((east + 180.0) % 360.0 - 180.0)
     east = east * np.cos(0.5 * (latitude[last] + latitude[first]))
     speed = np.hypot(north, east) / (plots.time_s[last] - plots.time_s[first])
     flying = np.isfinite(speed) & (speed > 0.0)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.angles import wrapped
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_COSINE,
@@ -173,7 +174,7 @@ def reports_without_frames(
     for number in np.flatnonzero(framed).tolist():
         centre = float(sensors.latitude_rad[number]), float(sensors.longitude_rad[number])
         near = np.abs(latitude - centre[0]) < FRAME_REACH_RAD
-        near &= np.abs(longitude - centre[1]) * np.cos(centre[0]) < FRAME_REACH_RAD
+        near &= np.abs(wrapped(longitude - centre[1])) * np.cos(centre[0]) < FRAME_REACH_RAD
         own = np.flatnonzero(near & (sensor == number))
         plane = SystemPlane(*centre)
         position = plane.to_plane(latitude[own], longitude[own])

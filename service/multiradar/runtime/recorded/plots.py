@@ -119,6 +119,7 @@ class RecordedPlots:
         latitude_deg = pairs["latitude_deg"].to_numpy()
         north = found["latitude_deg"][place] - latitude_deg
         east = found["longitude_deg"][place] - pairs["longitude_deg"].to_numpy()
+        east = (east + 180.0) % 360.0 - 180.0
         far = np.hypot(north, east * np.cos(np.radians(latitude_deg)))
         of_plot = rows[numbers][place]
         bearings = of_plot["kind"] == KIND_BEARING

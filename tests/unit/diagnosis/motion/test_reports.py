@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multiradar.diagnosis.motion.reports import check_reports
+from multiradar.diagnosis.motion.reports import _stretch, check_reports
 from multiradar.diagnosis.plots import Floats, Plots
 
 AIRCRAFT, REPORTS, PERIOD_S = 5, 120, 10.0
@@ -107,6 +107,21 @@ def test_latitudes_for_longitudes_are_named_by_speeds(place: tuple[float, float]
     assert found.code == "columns_exchanged"
     few = swapped.select(swapped.keys[:, 1] < 0x4B1800 + 9)
     assert check_reports("adsb", few) is None
+
+
+def test_speeds_of_circles_are_the_same_across_the_antimeridian() -> None:
+    plots = cruising(-17.0, 179.8)
+    number, turned = plots.keys[:, 1] - 0x4B1800, 2.0 * np.pi * plots.time_s / 600.0
+    latitude_deg = -17.0 + 0.1 * number + 0.2 * np.cos(turned)
+    longitude_deg = 179.9 + 0.02 * number + 0.2 * np.sin(turned)
+    across_deg = (longitude_deg + 180.0) % 360.0 - 180.0
+    assert np.ptp(across_deg) > 359.0
+    beyond, found = (
+        _stretch(replace(plots, latitude_deg=latitude_deg, longitude_deg=one))
+        for one in (longitude_deg, across_deg)
+    )
+    assert beyond is not None
+    assert found == pytest.approx(beyond)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from multiradar.estimation.measurement.known_biases import (
     Measured,
     polar_without_biases,
     position_without_biases,
+    reports_without_frames,
     without_known_biases,
 )
 from multiradar.estimation.measurement.sensors import (
@@ -15,6 +16,8 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_NAMES,
     PARAMETER_TIME_OFFSET,
 )
+from multiradar.wire import sensor_table
+from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.references.linearised import bias_matrix
 
 KNOWN = np.zeros((1, len(PARAMETER_NAMES)))
@@ -72,3 +75,19 @@ def test_a_frame_is_shifted_and_turned_back() -> None:
     measured = np.array([1e4 * np.sin(0.3) + 30.0]), np.array([1e4 * np.cos(0.3) - 10.0])
     true = position_without_biases(*measured, known)
     np.testing.assert_allclose(true, [[0.0], [1e4]], atol=1e-9)
+
+
+def test_a_frame_reaches_across_the_antimeridian() -> None:
+    site = Sensor(id="m", kind="mlat", latitude_deg=-17.0, longitude_deg=179.9, height_m=0.0)
+    table = sensor_table(SensorsFile(sensor=(site,)))
+    known = np.zeros((1, len(PARAMETER_NAMES)))
+    known[0, PARAMETER_FRAME_EAST] = 200.0
+    reported_deg = np.array([179.95, -179.95, -179.0, 179.0, 0.0])
+    of_it = np.zeros(len(reported_deg), np.int64)
+    latitude = np.radians(np.full(len(reported_deg), -17.0))
+    _, longitude = reports_without_frames(latitude, np.radians(reported_deg), of_it, table, known)
+    moved_deg = reported_deg - np.degrees(longitude)
+    # 200 m of parallel; beyond the reach of the frame nothing changes.
+    of_200_m = np.degrees(200.0 / (6_378_137.0 * np.cos(np.radians(17.0))))
+    np.testing.assert_allclose(moved_deg[:4], of_200_m, rtol=5e-3)
+    assert moved_deg[4] == 0.0
