@@ -35,6 +35,9 @@ class CoveredRegion:
         Instrumented range, or without one the distance of the farthest update.
     first_s, last_s : float
         Times of its first and last update.
+    by_feet : bool
+        Whether the range is that between feet on the ellipsoid, not the slant range: that of the
+        farthest update.
     """
 
     latitude_rad: float
@@ -43,6 +46,7 @@ class CoveredRegion:
     range_max_m: float
     first_s: float
     last_s: float
+    by_feet: bool = False
 
 
 def covered_regions(updates: pl.DataFrame, sensors: Sequence[Sensor]) -> list[CoveredRegion]:
@@ -74,8 +78,13 @@ def covered_regions(updates: pl.DataFrame, sensors: Sequence[Sensor]) -> list[Co
         middle = geodetic_to_ecef(site[0], site[1], 0.0)
         far = np.linalg.norm(geodetic_to_ecef(latitude, longitude, 0.0) - middle, axis=-1)
         limit = float(far.max()) if sensor.range_max_m is None else sensor.range_max_m
-        times = own["time_s"].cast(pl.Float64)
-        found.append(CoveredRegion(*site, limit, float(times.min()), float(times.max())))  # type: ignore[arg-type]  # numbers
+        times = own["time_s"].cast(pl.Float64).to_numpy()
+        found.append(
+            CoveredRegion(
+                *site, limit, float(times.min()), float(times.max()),
+                by_feet=sensor.range_max_m is None,
+            )
+        )  # fmt: skip
     return found
 
 
@@ -116,12 +125,12 @@ def covered_rows(
     unknown, so no position that a radar can see is removed.
     """
     on, near, seen = np.zeros((3, len(time_s)), np.bool_)
-    position = geodetic_to_ecef(*place_rad, np.nan_to_num(height_m))
+    position, feet = (geodetic_to_ecef(*place_rad, one) for one in (np.nan_to_num(height_m), 0.0))
     for one in regions:
         has_horizon = np.isfinite(one.height_m)
         site_m = one.height_m if has_horizon else 0.0
-        site = geodetic_to_ecef(one.latitude_rad, one.longitude_rad, site_m)
-        away_m = np.linalg.norm(position - site, axis=-1)
+        site = geodetic_to_ecef(one.latitude_rad, one.longitude_rad, 0.0 if one.by_feet else site_m)
+        away_m = np.linalg.norm((feet if one.by_feet else position) - site, axis=-1)
         known = np.isfinite(height_m) & has_horizon
         target_m = np.where(known, np.maximum(height_m, 0.0), np.inf)
         horizon_m = np.sqrt(2.0 * EFFECTIVE_RADIUS_M * max(site_m, ANTENNA_MIN_M)) + np.sqrt(

@@ -78,6 +78,24 @@ def test_without_a_range_the_farthest_update_is_the_limit() -> None:
     assert found.range_max_m == pytest.approx(0.5 * DEGREE_M, rel=0.01)
 
 
+@pytest.mark.parametrize("sensor", [RADAR.model_copy(update={"range_max_m": None}),
+                                    Sensor(id="r", kind="adsb")])  # fmt: skip
+def test_high_aircraft_as_near_as_the_farthest_update_are_inside(sensor: Sensor) -> None:
+    """Within 13 km of a sensor an aircraft at 11 km is 17 km away."""
+    north_m = np.linspace(-13e3, 13e3, 53)
+    latitude_deg = 47.0 + north_m / DEGREE_M
+    rows = updates("r", np.append(latitude_deg, 47.0), np.append(np.full(53, 150.0), 151.0))
+    (found,) = covered_regions(rows, [sensor])
+    place = np.radians(latitude_deg), np.full(53, np.radians(8.0))
+    seen, _ = covered_rows([found], np.arange(53), np.full(53, 150.0), place, np.full(53, 11_000.0))
+    assert seen.all()
+    beyond = np.radians([47.0 + 15e3 / DEGREE_M]), np.radians([8.0])
+    seen, counts = covered_rows(
+        [found], np.zeros(1, np.int64), np.array([150.0]), beyond, np.array([11_000.0])
+    )
+    assert (seen.tolist(), counts) == ([False], Uncovered(range=1))
+
+
 def test_receivers_cover_an_area_across_the_antimeridian() -> None:
     rows = updates("a", np.full(5, -17.0), np.arange(5.0), [178.5, 179.5, -179.7, -178.9, 0.0])
     (found,) = covered_regions(rows, [Sensor(id="a", kind="adsb")])
