@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.estimation.filters.bearings_only import CROSSING_MIN
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
+from multiradar.estimation.measurement.known_biases import polar_without_biases
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.geometry.plot_positions import Plots
@@ -106,7 +107,7 @@ def observability(
         return Observability(ranges, len(bearings.time_s), places + moving, found)
     if places < 2:
         return Observability(ranges, len(bearings.time_s), places, 0.0)
-    offsets = np.asarray(biases, np.float64)[:, PARAMETER_AZIMUTH_OFFSET]
+    estimates = np.asarray(biases, np.float64)
     frame = SystemPlane(place[0], place[1])
     crossing = np.zeros((2, 2))
     for sensor in own:
@@ -120,7 +121,14 @@ def observability(
         if not length > 0.0:
             continue
         # The line of a bearing is rotated against the line to the position by their difference.
-        azimuth = bearings.azimuth_rad[bearings.sensor == sensor] - offsets[sensor] - seen[1]
+        measured = bearings.azimuth_rad[bearings.sensor == sensor]
+        # The range is that of the position: a shifted frame turns near lines more.
+        _, true = polar_without_biases(
+            np.full(len(measured), seen[0]),
+            measured,
+            np.tile(estimates[sensor], (len(measured), 1)),
+        )
+        azimuth = true - seen[1]
         sine, cosine = np.sin(azimuth), np.cos(azimuth)
         n0, n1 = across / length
         normals = np.stack([cosine * n0 + sine * n1, cosine * n1 - sine * n0])

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from multiradar.errors import PlaneError
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
     PARAMETER_NAMES,
     SensorTable,
 )
@@ -58,14 +60,15 @@ def bias_estimates(records: NDArray[np.void], sensors: int) -> NDArray[np.float6
 def azimuth_bias_sigmas(records: NDArray[np.void], sensors: SensorTable) -> NDArray[np.float64]:
     """Return the sigma of the azimuth bias of each sensor, rad.
 
-    Sigma of the record, or of the prior where there is none; 0 where no bias is estimated.
+    Sigma of the record, or of the prior where there is none; 0 where no bias is estimated. Of an
+    eccentricity, that of the direction in which it is largest is included.
     """
-    sigmas = np.zeros(len(sensors))
-    own = sensors.parameter_kind == PARAMETER_AZIMUTH_OFFSET
-    sigmas[sensors.parameter_sensor[own]] = sensors.prior_sigma[own]
-    own_records = records[records["parameter"] == PARAMETER_AZIMUTH_OFFSET]
-    sigmas[own_records["sensor"]] = own_records["sigma"]
-    return sigmas
+    sigmas = np.zeros((len(sensors), len(PARAMETER_NAMES)))
+    sigmas[sensors.parameter_sensor, sensors.parameter_kind] = sensors.prior_sigma
+    sigmas[records["sensor"], records["parameter"]] = records["sigma"]
+    waves = sigmas[:, [PARAMETER_AZIMUTH_SINE, PARAMETER_AZIMUTH_COSINE]]
+    whole: NDArray[np.float64] = np.hypot(sigmas[:, PARAMETER_AZIMUTH_OFFSET], waves.max(axis=1))
+    return whole
 
 
 class WindowTable:

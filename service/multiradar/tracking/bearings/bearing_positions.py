@@ -28,13 +28,22 @@ from multiradar.estimation.gaussian import symmetric_part
 from multiradar.estimation.measurement._kernels import expected_measurement, sine_by_height
 from multiradar.estimation.measurement.angles import wrapped
 from multiradar.estimation.measurement.kinds import KIND_DIRECTION
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
+    PARAMETER_TIME_OFFSET,
+    SensorTable,
+)
 from multiradar.estimation.measurement.sights import Sight
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.tracking.bearings.waiting_bearings import WaitingBearing
 from multiradar.tracking.pool import Start
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 # Iterations on the ellipsoid, each shortened until the fit improves; a handful is usual. They have
 # converged when a step is below a hundredth of the errors.
@@ -128,11 +137,8 @@ class _Fit:
         model: Model, biases: BiasState,
     ) -> None:  # fmt: skip
         self._seen, self._model, self._speed_sigma_mps = seen, model, speed_sigma_mps
-        self.by_bias = np.zeros((len(seen), len(biases.estimate)))
-        for index, one in enumerate(seen):
-            own = slice(model.starts[one.sensor], model.starts[one.sensor + 1])
-            self.by_bias[index, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
-        self._azimuth = np.array([one.azimuth_rad for one in seen]) - self.by_bias @ biases.estimate
+        self._estimate = biases.estimate
+        self._azimuth = np.array([one.azimuth_rad for one in seen])
         self._sigmas = sensors.azimuth_sigma_rad[[one.sensor for one in seen]]
         # Rows with an elevation.
         self._elevated = [
@@ -153,9 +159,6 @@ class _Fit:
         if self.elevated:
             loose, known = [*loose, self.height_sigma_m**-2], [*known, self.height_m]
         self._prior, self._known = np.diag(loose), np.array(known)
-        # An elevation has no bias.
-        unbiased = np.zeros((len(self._elevated), self.by_bias.shape[1]))
-        self._all_by_bias = np.concatenate([self.by_bias, unbiased])
 
     @property
     def elevated(self) -> bool:
@@ -166,7 +169,7 @@ class _Fit:
     def solved(self) -> tuple[Floats, Floats, Floats]:
         mean = self._guess()
         for _ in range(_ROUNDS_MAX):
-            slopes, residual, sigmas = self._rows(mean)
+            slopes, residual, sigmas, by_bias = self._rows(mean)
             weighted = slopes.T / sigmas**2
             information = weighted @ slopes + self._prior
             step = np.linalg.solve(
@@ -175,7 +178,7 @@ class _Fit:
             if step @ information @ step <= _SETTLED_SIGMAS**2:
                 covariance = symmetric_part(np.asarray(np.linalg.inv(information), np.float64))
                 # A bias rotates the bearings: χ = a + V ς.
-                return mean, covariance, np.asarray(-covariance @ weighted @ self._all_by_bias)
+                return mean, covariance, np.asarray(-covariance @ weighted @ by_bias)
             mean = mean + self._shortened(mean, np.asarray(step), residual, sigmas) * step
         raise BearingsError(
             "NOT_OBSERVABLE", f"position fit did not converge in {_ROUNDS_MAX} iterations"
@@ -183,12 +186,11 @@ class _Fit:
 
     def explains(self, mean: Floats, biases: BiasState) -> bool:
         """Whether residuals of bearings and of the prior agree with their errors."""
-        _, residual, sigmas = self._rows(mean)
+        _, residual, sigmas, by_bias = self._rows(mean)
         if not (np.abs(residual[: len(self._seen)]) < np.pi / 2.0).all():
             # Lines also intersect behind a source.
             return False
-        turned = self._all_by_bias
-        noise = np.diag(sigmas**2) + turned @ biases.covariance @ turned.T
+        noise = np.diag(sigmas**2) + by_bias @ biases.covariance @ by_bias.T
         off = self._known - mean
         misfit = residual @ np.linalg.solve(noise, residual) + off @ self._prior @ off
         n = len(residual)
@@ -209,16 +211,21 @@ class _Fit:
         off = self._known - mean
         return float(np.sum((residual / sigmas) ** 2) + off @ self._prior @ off)
 
-    # Derivatives, residuals and sigmas, of azimuths and then elevations.
-    def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats]:
+    # Derivatives, residuals, sigmas and columns J of the biases, of azimuths and then elevations.
+    def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         slopes = np.zeros((len(self._seen) + len(self._elevated), len(mean)))
         residual, sigmas = np.empty(len(slopes)), np.empty(len(slopes))
+        by_bias = np.zeros((len(slopes), len(self._estimate)))
         height_m = float(mean[4]) if self.elevated else self.height_m
         for index, one in enumerate(self._seen):
             ago, east, north = self._position_at(one, mean)
             at = geodesy.predict_polar(self._model.plane, one.site, east, north, height_m)
             slopes[index, :4] = at[4], at[5], ago * at[4], ago * at[5]
-            residual[index] = wrapped(self._azimuth[index] - at[1])
+            rate = at[4] * mean[2] + at[5] * mean[3]
+            own = self._columns_of(one)
+            by_bias[index, own] = _by_biases(self._model.parameters[own], at[1], at[0], rate)
+            turned = by_bias[index, own] @ self._estimate[own]
+            residual[index] = wrapped(self._azimuth[index] - turned - at[1])
             sigmas[index] = self._sigmas[index]
             if self._moving:
                 sigmas[index] = np.sqrt(
@@ -233,9 +240,26 @@ class _Fit:
             )
             slopes[row, :4] = h[0], h[1], ago * h[0], ago * h[1]
             slopes[row, 4] = sine_by_height(sine, ground)
-            residual[row] = np.sin(one.elevation_rad) - sine
+            own = self._columns_of(one)
+            # Of all biases, only a late time stamp changes an elevation.
+            late = self._model.parameters[own] == PARAMETER_TIME_OFFSET
+            by_bias[row, own] = late * -(h[0] * mean[2] + h[1] * mean[3])
+            turned = by_bias[row, own] @ self._estimate[own]
+            residual[row] = np.sin(one.elevation_rad) - turned - sine
             sigmas[row] = np.sqrt(w[0])
-        return slopes, residual, sigmas
+        return slopes, residual, sigmas, by_bias
+
+    def _columns_of(self, one: WaitingBearing) -> slice:
+        return slice(self._model.starts[one.sensor], self._model.starts[one.sensor + 1])
+
+    # Azimuths of a resting aircraft far away: its rate and its distance are not known yet.
+    def _azimuth_far_away(self) -> Floats:
+        turned = []
+        for one in self._seen:
+            own = self._columns_of(one)
+            by_bias = _by_biases(self._model.parameters[own], one.azimuth_rad, np.inf, 0.0)
+            turned.append(by_bias @ self._estimate[own])
+        return self._azimuth - np.array(turned)
 
     # Time of a bearing relative to the last one, and the position of the aircraft then.
     def _position_at(self, one: WaitingBearing, mean: Floats) -> tuple[float, float, float]:
@@ -250,10 +274,11 @@ class _Fit:
 
     def _guess(self) -> Floats:
         times = np.array([one.time_s for one in self._seen])
+        azimuth = self._azimuth_far_away()
         sights = [
             _flat(one.site, angle, sigma)
             for one, angle, sigma in zip(
-                self._seen, self._azimuth.tolist(), self._sigmas.tolist(), strict=True
+                self._seen, azimuth.tolist(), self._sigmas.tolist(), strict=True
             )
         ]
         try:
@@ -261,14 +286,14 @@ class _Fit:
         except BearingsError:
             if not self.elevated:
                 raise
-            mean = self._guess_by_elevation()
+            mean = self._guess_by_elevation(azimuth)
         return np.append(mean, self.height_m) if self.elevated else mean
 
     # Median of the positions given by each elevation at the height.
-    def _guess_by_elevation(self) -> Floats:
+    def _guess_by_elevation(self, azimuths: Floats) -> Floats:
         positions = []
         for index in self._elevated:
-            one, azimuth = self._seen[index], float(self._azimuth[index])
+            one, azimuth = self._seen[index], float(azimuths[index])
             rise = self.height_m - float(one.site[geodesy.HEIGHT])
             slant = slant_of_direction(np.sin(one.elevation_rad), rise)
             found, east, north = geodesy.locate_polar(
@@ -279,6 +304,20 @@ class _Fit:
         if not positions:
             raise BearingsError("NOT_OBSERVABLE", "no elevation yields a distance")
         return np.append(np.median(np.array(positions), axis=0), [0.0, 0.0])
+
+
+# The azimuth part of the columns J of `bias_column`, for biases of these kinds.
+def _by_biases(kinds: Integers, azimuth_rad: float, range_m: float, rate: float) -> Floats:
+    sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
+    turned = {
+        PARAMETER_AZIMUTH_OFFSET: 1.0,
+        PARAMETER_TIME_OFFSET: -rate,
+        PARAMETER_AZIMUTH_SINE: sine,
+        PARAMETER_AZIMUTH_COSINE: cosine,
+        PARAMETER_FRAME_EAST: cosine / range_m,
+        PARAMETER_FRAME_NORTH: -sine / range_m,
+    }
+    return np.array([turned.get(kind, 0.0) for kind in kinds.tolist()], np.float64)
 
 
 def _position(site: Floats) -> Floats:

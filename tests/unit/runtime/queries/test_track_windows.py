@@ -7,7 +7,11 @@ import polars as pl
 import pytest
 
 from multiradar.errors import PlaneError
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+)
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -191,3 +195,10 @@ def test_the_azimuth_bias_sigma_is_its_prior_until_it_is_published() -> None:
     published["sigma"] = 1e-4, 30.0
     beforehand[first] = 1e-4
     assert azimuth_bias_sigmas(published, TABLE).tolist() == beforehand.tolist()
+
+
+def test_the_azimuth_bias_sigma_includes_the_eccentricity() -> None:
+    published = np.zeros(3, BIAS_DTYPE)
+    kinds = (PARAMETER_AZIMUTH_OFFSET, PARAMETER_AZIMUTH_SINE, PARAMETER_AZIMUTH_COSINE)
+    published["parameter"], published["sigma"] = kinds, (3e-4, 1e-4, 4e-4)
+    assert azimuth_bias_sigmas(published, TABLE)[0] == pytest.approx(5e-4)

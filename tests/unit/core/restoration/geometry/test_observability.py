@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_NAMES,
+)
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.restoration.geometry.observability import Observability, observability
 from multiradar.restoration.geometry.plot_positions import Plots
@@ -74,6 +79,21 @@ def test_biases_rotate_the_lines() -> None:
     biases[SENSORS.ids.index("df-1"), PARAMETER_AZIMUTH_OFFSET] = north - south
     assert observability(plots, SENSORS, biases, PLACE).crossing < 10.0
     assert observability(plots, SENSORS, NONE, PLACE).crossing > 50.0
+
+
+def test_eccentricity_rotates_the_lines_as_far_as_an_offset_there() -> None:
+    plots = bearings("df-1", "df-2")
+    own = SENSORS.ids.index("df-1")
+    turned, waved = NONE.copy(), NONE.copy()
+    waved[own, PARAMETER_AZIMUTH_SINE] = np.radians(9.0)
+    waved[own, PARAMETER_AZIMUTH_COSINE] = np.radians(7.0)
+    true = plots.azimuth_rad[0]
+    for _ in range(9):
+        turned[own, PARAMETER_AZIMUTH_OFFSET] = waved[own, [4, 5]] @ [np.sin(true), np.cos(true)]
+        true = plots.azimuth_rad[0] - turned[own, PARAMETER_AZIMUTH_OFFSET]
+    expected = observability(plots, SENSORS, turned, PLACE).crossing
+    assert observability(plots, SENSORS, waved, PLACE).crossing == pytest.approx(expected, rel=1e-3)
+    assert observability(plots, SENSORS, NONE, PLACE).crossing != pytest.approx(expected, rel=0.05)
 
 
 def test_bias_uncertainty_limits_many_bearings() -> None:
