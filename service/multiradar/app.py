@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 
 import structlog
 from starlette.types import ASGIApp
@@ -29,7 +30,7 @@ from multiradar.ingest.zenoh.session import require_guarded
 from multiradar.observability.asterix_metrics import AsterixCollector
 from multiradar.observability.feed_metrics import FeedCollector
 from multiradar.observability.metrics import REGISTRY, watch
-from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.observability.pipeline_metrics import PipelineCollector, ReadinessCollector
 from multiradar.observability.supervisor import Supervisor
 from multiradar.observability.traces import open_traces
 from multiradar.runtime.admission.admission_by_time import data_clock_of
@@ -106,7 +107,7 @@ class Application:
     ) -> None:
         self._settings = settings
         self._sensors = sensors
-        self._unwatch: Callable[[], object] = lambda: None
+        self._watched = ExitStack()
         authentication = Authentication(with_default_file(settings.access))
         require_credentials(settings, authentication.required)
         zenoh = zenoh_options(settings, authentication)
@@ -178,6 +179,7 @@ class Application:
         journal = self.service.open()
         self._supervisor.start()
         self.service.start_step = "looking for kernels"
+        self._watched.callback(watch(REGISTRY, ReadinessCollector(self.service, readiness.CODES)))
         self._http.start()
         self._compile()
         if isinstance(journal, SqliteJournal) and journal.following:
@@ -219,12 +221,11 @@ class Application:
         _log.info("started", http=self.http_url)
 
     def _watch(self) -> None:
-        unwatch = [watch(REGISTRY, PipelineCollector(self.service.view.status, readiness.CODES))]
+        self._watched.callback(watch(REGISTRY, PipelineCollector(self.service.view.status)))
         if self._asterix is not None:
-            unwatch.append(watch(REGISTRY, AsterixCollector(self._asterix.counts.document)))
+            self._watched.callback(watch(REGISTRY, AsterixCollector(self._asterix.counts.document)))
         if self._feeds is not None:
-            unwatch.append(watch(REGISTRY, FeedCollector(self._feeds.counts.document)))
-        self._unwatch = lambda: [end() for end in unwatch]
+            self._watched.callback(watch(REGISTRY, FeedCollector(self._feeds.counts.document)))
 
     # In parallel processes, before this process would compile the same kernels one by one.
     def _compile(self) -> None:
@@ -259,7 +260,6 @@ class Application:
         self._supervisor.stop()
         if self._standby is not None:
             self._standby.stop()
-        self._unwatch()
         for edge in self._edges:
             edge.stop()
         self.service.drain()
@@ -269,6 +269,7 @@ class Application:
         for part in self._zenoh:
             part.stop()
         self._http.stop()
+        self._watched.close()
         if self._trajectories is not None:
             self._trajectories.stop()
         self.service.stop()

@@ -1,7 +1,7 @@
 """Prometheus metrics of the live pipeline, collected from its status at each scrape."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Protocol
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
@@ -51,20 +51,61 @@ _ALARMS = {
 }
 
 
+class _Reason(Protocol):
+    @property
+    def code(self) -> str: ...
+
+
+class Stated(Protocol):
+    """A service with a state, and reasons for which it is not ready."""
+
+    @property
+    def state(self) -> str:
+        """Its state."""
+        ...
+
+    def unready(self) -> Iterable[_Reason]:
+        """Return why it is not ready."""
+        ...
+
+
+class ReadinessCollector(Collector):
+    """Whether the service accepts measurements and is ready, also while it starts or drains.
+
+    Parameters
+    ----------
+    service : Stated
+        The service.
+    reasons : sequence of str
+        Codes of the reasons for which the service may not be ready.
+    """
+
+    def __init__(self, service: Stated, reasons: Sequence[str]) -> None:
+        self._service = service
+        self._reasons = reasons
+
+    def collect(self) -> Iterator[Metric]:
+        """Yield the current metrics."""
+        running = float(self._service.state == "running")
+        yield GaugeMetricFamily("multiradar_running", "1 if measurements are accepted", running)
+        present = {one.code for one in self._service.unready()}
+        yield _gauge(
+            "unready", "1 for each reason why the service is not ready", "reason",
+            {code: float(code in present) for code in self._reasons},
+        )  # fmt: skip
+
+
 class PipelineCollector(Collector):
-    """Converts the status into metrics at each scrape.
+    """Converts the status into metrics at each scrape, without those of `ReadinessCollector`.
 
     Parameters
     ----------
     status : callable
         Returns the status of the service.
-    reasons : sequence of str
-        Codes of the reasons for which the service may not be ready.
     """
 
-    def __init__(self, status: Callable[[], dict[str, Any]], reasons: Sequence[str]) -> None:
+    def __init__(self, status: Callable[[], dict[str, Any]]) -> None:
         self._status = status
-        self._reasons = reasons
 
     def collect(self) -> Iterator[Metric]:
         """Yield the current metrics; unknown values are omitted."""
@@ -77,7 +118,7 @@ class PipelineCollector(Collector):
         )
         yield _rejected(status.get("rejected_by_source", {}))
         yield from _sources(status.get("sources", {}))
-        yield from self._alarms(status)
+        yield from _alarms(status)
         yield _gauge(
             "lag_seconds", "Time since reception of the oldest message in each stage, s", "stage",
             _lags_s(status),
@@ -99,24 +140,18 @@ class PipelineCollector(Collector):
         if "zenoh" in status:
             yield from _zenoh(status["zenoh"])
 
-    def _alarms(self, status: dict[str, Any]) -> Iterator[Metric]:
-        running = 1.0 if status.get("state") == "running" else 0.0
-        yield GaugeMetricFamily("multiradar_running", "1 if measurements are accepted", running)
-        present = {one["code"] for one in status.get("unready", ())}
-        yield _gauge(
-            "unready", "1 for each reason why the service is not ready", "reason",
-            {code: float(code in present) for code in self._reasons},
-        )  # fmt: skip
-        raised = status.get("alarms", ())
-        for name, meaning in _ALARMS.items():
-            yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(name in raised))
-        alarms = GaugeMetricFamily(
-            "multiradar_sensor_alarm", "1 for each active sensor alarm", labels=["sensor", "alarm"]
-        )
-        for sensor, names in status.get("sensor_alarms", {}).items():
-            for alarm in names:
-                alarms.add_metric([sensor, alarm], 1.0)
-        yield alarms
+
+def _alarms(status: dict[str, Any]) -> Iterator[Metric]:
+    raised = status.get("alarms", ())
+    for name, meaning in _ALARMS.items():
+        yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(name in raised))
+    alarms = GaugeMetricFamily(
+        "multiradar_sensor_alarm", "1 for each active sensor alarm", labels=["sensor", "alarm"]
+    )
+    for sensor, names in status.get("sensor_alarms", {}).items():
+        for alarm in names:
+            alarms.add_metric([sensor, alarm], 1.0)
+    yield alarms
 
 
 def _counter(name: str, meaning: str, label: str, counts: Mapping[str, float]) -> Metric:

@@ -10,9 +10,11 @@ import httpx
 import pytest
 
 from multiradar.app import Application
+from multiradar.observability.metrics import exposition
 from multiradar.settings.service import load_settings
 from multiradar.storage.entries import RejectedRow
 from multiradar.wire import sensor_table
+from multiradar_compiled.ahead import compile_ahead
 from multiradar_schemas.products.bias import BiasEstimate
 from multiradar_schemas.products.forecast import Forecast
 from multiradar_schemas.products.track import Track, TrackUpdate
@@ -115,6 +117,48 @@ def test_a_service_says_that_it_starts_before_it_compiles(
             application.start()
     finally:
         application.stop()
+
+
+def test_metrics_state_that_the_service_starts_or_drains(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    application = _application(tmp_path)
+    scraped: dict[str, list[str]] = {}
+
+    def scrape(step: str) -> None:
+        text = clients.get(f"{application.http_url}/metrics").text
+        scraped[step] = [
+            line for line in text.splitlines()
+            if line.startswith(("multiradar_running ", 'multiradar_unready{reason="NOT_READY"'))
+        ]  # fmt: skip
+
+    end = application.service.publication.stop
+
+    def compiled(*given: Any) -> None:
+        scrape("starting")
+        compile_ahead(*given)
+
+    def ended() -> None:
+        # Called again after HTTP has stopped.
+        if "draining" not in scraped:
+            scrape("draining")
+        end()
+
+    monkeypatch.setattr("multiradar.app.compile_ahead", compiled)
+    monkeypatch.setattr(application.service.publication, "stop", ended)
+    application.start()
+    scrape("running")
+    application.stop()
+    reason = 'multiradar_unready{reason="NOT_READY"}'
+    not_ready = ["multiradar_running 0.0", f"{reason} 1.0"]
+    assert scraped == {
+        "starting": not_ready,
+        "running": ["multiradar_running 1.0", f"{reason} 0.0"],
+        "draining": not_ready,
+    }
+    # Another service in this process has its own.
+    assert b"multiradar_running" not in exposition()
+    application.stop()
 
 
 def test_every_measurement_is_accounted_for(client: httpx.Client) -> None:

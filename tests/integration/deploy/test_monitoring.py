@@ -15,7 +15,7 @@ from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.metrics import REGISTRY, watch
-from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.observability.pipeline_metrics import PipelineCollector, ReadinessCollector
 from multiradar.runtime.live.readiness import CODES
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.paths import ROOT
@@ -64,7 +64,8 @@ def metrics(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
         service.publication.count_edge("zenoh", gateway.document)
         submit(service, recording(40))
         settled(service)
-        watch(registry, PipelineCollector(service.view.status, CODES))
+        watch(registry, PipelineCollector(service.view.status))
+        watch(registry, ReadinessCollector(service, CODES))
         yield {
             name: labels
             for family in [*registry.collect(), *REGISTRY.collect()]

@@ -9,7 +9,7 @@ from prometheus_client import CollectorRegistry, generate_latest
 
 from multiradar.clock import FixedClock
 from multiradar.observability.metrics import watch
-from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.observability.pipeline_metrics import PipelineCollector, ReadinessCollector
 from multiradar.runtime.live.alarms.silence import WITHOUT_SCANS_S
 from multiradar.runtime.live.readiness import CODES
 from multiradar.runtime.live.service import Service
@@ -42,7 +42,8 @@ def running(request: pytest.FixtureRequest) -> Iterator[tuple[Service, FixedCloc
 
 def _metrics(service: Service) -> str:
     registry = CollectorRegistry()
-    watch(registry, PipelineCollector(service.view.status, CODES))
+    watch(registry, PipelineCollector(service.view.status))
+    watch(registry, ReadinessCollector(service, CODES))
     return generate_latest(registry).decode()
 
 

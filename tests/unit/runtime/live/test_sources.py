@@ -239,7 +239,7 @@ def test_all_rows_of_a_source_in_quarantine_are_accounted_for(start: Starter) ->
     assert any("bad: in quarantine" in one for one in status["warnings"])
     metrics = {
         (sample.name, *sample.labels.values()): sample.value
-        for metric in PipelineCollector(lambda: status, ()).collect()
+        for metric in PipelineCollector(lambda: status).collect()
         for sample in metric.samples
     }
     assert metrics["multiradar_source_quarantined", "bad"] == 1.0
