@@ -191,8 +191,7 @@ class Application:
             self._sender.start()
         if self._trajectories is not None:
             self._trajectories.start()
-        replaying = self.service if self._standby is None else self._standby
-        replaying.start()
+        (self._standby or self.service).start()
         if self._trajectories is not None:
             # A standby, too, processes as fast as the primary.
             self._trajectories.go_live()
