@@ -205,6 +205,7 @@ class Publication:
 
     def set_back(self) -> None:
         """Expect earlier times: the data clock was set back, and all tracks were terminated."""
+        self._known.set_back()
         self._events.set_back()
         if self._regions is not None:
             self._regions.set_back()

@@ -56,8 +56,12 @@ class BiasBoard:
     def complete_from_s(self) -> float:
         """Time from which all records are retained, s; -inf if none was discarded."""
         first = self.ring.oldest
-        # The epoch of the oldest record may be there by half.
-        return float(self.ring.rows(first, first + 1)["time_s"][0]) if first else -np.inf
+        if not first:
+            return -np.inf
+        # The epoch of the oldest record may be there by half. It may be after the newest one, if
+        # the data time was set back since.
+        ends = self.ring.rows(first, first + 1), self.ring.last(1)
+        return min(float(rows["time_s"][0]) for rows in ends)
 
     def append(self, records: BiasRecords) -> None:
         """Add records, in order."""
@@ -95,7 +99,11 @@ class BiasBoard:
         """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
         rows: NDArray[np.void] = self.ring.last(self.ring.capacity)
         rows = rows[rows["sensor"] == self._sensor.get(sensor_id, -1)]
-        return rows[-limit:] if since_s is None else rows[rows["time_s"] >= since_s][:limit]
+        if since_s is None:
+            return rows[-limit:]
+        # The data time may have been set back.
+        rows = rows[np.argsort(rows["time_s"], kind="stable")]
+        return rows[rows["time_s"] >= since_s][:limit]
 
     def _at(self, time_s: float, newest: int) -> NDArray[np.void]:
         """Return the result of `at` from the newest rows alone."""

@@ -49,7 +49,10 @@ class HealthBoard:
     def complete_from_s(self) -> float:
         """Time from which all records are retained, s; -inf if none was discarded."""
         epochs = tuple(self._epochs)
-        return float(epochs[0].time_s[0]) if len(epochs) == self._epochs.maxlen else -np.inf
+        if len(epochs) < (self._epochs.maxlen or 0):
+            return -np.inf
+        # The oldest may be after the newest, if the data time was set back since.
+        return min(float(one.time_s[0]) for one in (epochs[0], epochs[-1]))
 
     def after(
         self, last: tuple[int, float] | None, *, repeating: bool = False

@@ -6,6 +6,7 @@ copies rows and then drops those overwritten meanwhile.
 """
 
 from bisect import bisect_right
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
@@ -16,6 +17,7 @@ from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.row_ring import RowRing, store
+from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, table_of
 from multiradar.tracking.outputs import TrackUpdates
 
@@ -51,6 +53,9 @@ def update_rows_frame(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFr
 class TrackHistory(RowRing):
     """The last rows of all tracks: their updates, or another table by track and time.
 
+    The data time may be set back. Rows before that with later times are superseded: a search by
+    time finds the rows after the step instead. The rows of one track are read whole.
+
     Parameters
     ----------
     rows_max : int
@@ -59,6 +64,8 @@ class TrackHistory(RowRing):
         Of the rows, with `track_id` and `time_s`.
     """
 
+    STATE: ClassVar[Fields] = {"_set_backs": list[tuple[int, float]]}
+
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
         super().__init__(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
@@ -66,6 +73,8 @@ class TrackHistory(RowRing):
         self._previous = np.empty(rows_max, np.int64)
         # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, NONE, np.int64)
+        # When the data time was set back: number of the next row, and the time, s.
+        self._set_backs: list[tuple[int, float]] = []
 
     def __len__(self) -> int:
         return min(self._appended, len(self._rows))
@@ -75,6 +84,17 @@ class TrackHistory(RowRing):
         capacity = len(self._rows)
         for start in range(0, len(rows), capacity):
             self._append(rows[start : start + capacity])
+
+    def set_back(self, time_s: float) -> None:
+        """Expect rows from an earlier time on."""
+        kept = [one for one in self._set_backs if one[0] > self.oldest]
+        # Replaced, because readers have no lock.
+        self._set_backs = [*kept, (self._appended, time_s)]
+
+    @property
+    def first_since_set_back(self) -> int:
+        """Number of the first row since the data time was last set back; 0 if it never was."""
+        return self._set_backs[-1][0] if self._set_backs else 0
 
     def read(self, track_id: int, since_s: float | None, limit: int) -> NDArray[np.void]:
         """Return rows of a track, oldest first.
@@ -116,7 +136,7 @@ class TrackHistory(RowRing):
         ----------
         number : int or None
             The number that an earlier call returned; None or a greater one than ever returned:
-            the newest rows.
+            the newest rows, since the data time was last set back.
         limit : int
             Maximum number of rows.
 
@@ -131,20 +151,25 @@ class TrackHistory(RowRing):
         """
         end = self._appended
         known = number is not None and 0 <= number <= end
-        wanted = number if known and number is not None else max(end - limit, 0)
+        first = min(max(end - limit, self.first_since_set_back), end)
+        wanted = number if known and number is not None else first
         start = max(wanted, end - limit, self.oldest)
         numbers = np.arange(start, end)
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
         intact = numbers >= self.oldest
         return rows[intact], end, end - wanted - int(np.count_nonzero(intact))
 
-    def between(self, after_s: float, until_s: float) -> NDArray[np.void]:
+    def between(
+        self, after_s: float, until_s: float, *, superseded: bool = False
+    ) -> NDArray[np.void]:
         """Return the retained rows of all tracks in a span of time, by ascending time.
 
         Parameters
         ----------
         after_s, until_s : float
             Rows later than the first and not later than the second.
+        superseded : bool
+            Whether superseded rows are included, too, as of the time of the step.
 
         Returns
         -------
@@ -152,22 +177,32 @@ class TrackHistory(RowRing):
             A copy.
         """
         first = self._number_after(after_s - DISORDER_S)
-        return self._within(first, self._number_after(until_s + DISORDER_S), after_s, until_s)
+        last = self._number_after(until_s + DISORDER_S)
+        return self._within(first, last, (after_s, until_s), superseded=superseded)
 
     # Number of the first retained row after a time, if they were in order.
     def _number_after(self, time_s: float) -> int:
-        capacity = len(self._rows)
         held = range(self.oldest, self._appended)
-        times = self._time_s
-        return held.start + bisect_right(held, time_s, key=lambda number: times[number % capacity])
+        return held.start + bisect_right(held, time_s, key=self._ordered_s)
+
+    # The time of a row; of a superseded one that of the step. These ascend.
+    def _ordered_s(self, number: int) -> float:
+        time_s = float(self._time_s[number % len(self._rows)])
+        return min([time_s, *(back_s for first, back_s in self._set_backs if number < first)])
 
     # Of the rows with these numbers, those of a span that are not overwritten, by ascending time.
-    def _within(self, first: int, last: int, after_s: float, until_s: float) -> NDArray[np.void]:
+    def _within(
+        self, first: int, last: int, span_s: tuple[float, float], *, superseded: bool = False
+    ) -> NDArray[np.void]:
         numbers = np.arange(first, last)
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
-        times = rows["time_s"]
-        intact = numbers >= self.oldest
-        chosen: NDArray[np.void] = rows[intact & (times > after_s) & (times <= until_s)]
+        times = rows["time_s"].copy()
+        for number, back_s in self._set_backs:
+            times[numbers < number] = np.minimum(times[numbers < number], back_s)
+        wanted = (numbers >= self.oldest) & (times > span_s[0]) & (times <= span_s[1])
+        if not superseded:
+            wanted &= times == rows["time_s"]
+        chosen: NDArray[np.void] = rows[wanted]
         ordered: NDArray[np.void] = chosen[np.argsort(chosen["time_s"], kind="stable")]
         return ordered
 
@@ -182,19 +217,25 @@ class TrackHistory(RowRing):
             Maximum number of rows.
         """
         sure = self._number_after(until_s - DISORDER_S)
-        first = max(sure - limit, self.oldest)
         last = self._number_after(until_s + DISORDER_S)
-        return self._within(first, last, -np.inf, until_s)[-limit:]
+        count = limit
+        while True:
+            first = max(sure - count, self.oldest)
+            found = self._within(first, last, (-np.inf, until_s))[-limit:]
+            if len(found) >= limit or first <= self.oldest:
+                return found
+            # Superseded rows are among them.
+            count *= 4
 
     @property
     def oldest_s(self) -> float | None:
         """The time of the oldest retained row, s; None without rows."""
-        return float(self._time_s[self.oldest % len(self._rows)]) if self._appended else None
+        return self._ordered_s(self.oldest) if self._appended else None
 
     @property
     def complete_from_s(self) -> float:
         """Time from which all rows are retained, s; -inf if none was overwritten."""
-        return (self.oldest_s or -np.inf) if self.oldest else -np.inf
+        return self._ordered_s(self.oldest) if self.oldest else -np.inf
 
     def _append(self, rows: NDArray[np.void]) -> None:
         self._claimed = self._appended + len(rows)

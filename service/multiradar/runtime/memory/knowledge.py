@@ -129,6 +129,7 @@ class Knowledge:
         "_board": SensorBoard,
         "_healths": HealthBoard,
         "_tally": TrackTally,
+        "past": PastRows,
         "_data_time_s": float | None,
         "_updates": int,
     }
@@ -356,6 +357,14 @@ class Knowledge:
             self.calibration.observe(output)
             self._live.remove(output.ended.track_id)
             self._tally.update(output)
+            self._version += 1
+
+    def set_back(self) -> None:
+        """Expect earlier times: the data time was set back, and all tracks were terminated."""
+        with self._lock:
+            assert self._data_time_s is not None, "the output of the step has its time"
+            self.past.set_back(self._data_time_s)
+            self._board.set_back(self._data_time_s)
             self._version += 1
 
     @property

@@ -3,6 +3,8 @@
 The engine's thread appends, any thread reads; see `TrackHistory`.
 """
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,7 @@ from multiradar.runtime.memory.health_board import HealthBoard
 from multiradar.runtime.memory.history import SPREAD_DTYPE, TrackHistory
 from multiradar.runtime.memory.state_board import StateBoard
 from multiradar.settings.limits import RuntimeLimits
+from multiradar.state import Fields
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.lifecycle.transitions import ENDED, STARTED, TrackTransitions
 from multiradar.tracking.outputs import TrackStates
@@ -31,12 +34,23 @@ class PastRows:
         Health of past epochs.
     """
 
+    STATE: ClassVar[Fields] = {
+        "updates": TrackHistory,
+        "transitions": TrackHistory,
+        "plots": TrackHistory,
+    }
+
     def __init__(self, limits: RuntimeLimits, biases: BiasBoard, healths: HealthBoard) -> None:
         self.updates = TrackHistory(limits.history_rows_max, SPREAD_DTYPE)
         self.transitions = TrackHistory(limits.transition_rows_max, row_type(TrackTransitions))
         self.plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
         self.samples = StateBoard(limits.state_bytes_max)
         self._biases, self._healths = biases, healths
+
+    def set_back(self, time_s: float) -> None:
+        """Expect earlier times: the data time was set back, and all tracks were terminated."""
+        for one in (self.updates, self.transitions, self.plots):
+            one.set_back(time_s)
 
     @property
     def oldest_s(self) -> float | None:
@@ -93,7 +107,8 @@ class PastRows:
 
     def ended_between(self, after_s: float, until_s: float) -> NDArray[np.int64]:
         """Return the tracks that ended in a span of time."""
-        rows = self.transitions.between(after_s, until_s)
+        # Also those that a step back of the data time has terminated.
+        rows = self.transitions.between(after_s, until_s, superseded=True)
         ended: NDArray[np.int64] = rows["track_id"][rows["transition"] == ENDED]
         return ended
 

@@ -53,6 +53,12 @@ class SensorBoard:
         """Note which sensors may initiate no more tracks at a data time."""
         self._saturated_s[np.flatnonzero(saturated)] = data_time_s
 
+    def set_back(self, data_time_s: float) -> None:
+        """Continue at an earlier data time: the ages of sensors begin with it at the latest."""
+        self._last_s = np.minimum(self._last_s, data_time_s)
+        # All tracks were terminated.
+        self._saturated_s[:] = -np.inf
+
     def saturated(self, data_time_s: float | None) -> list[str]:
         """Return the sensors that could lately initiate no more tracks."""
         if data_time_s is None:

@@ -84,7 +84,8 @@ class RecentPlots:
             Plots since `number` that are missing.
         """
         known = number is not None and number <= self._end
-        wanted = number if known and number is not None else self._begin
+        first = max(self._begin, self._known.past.plots.first_since_set_back)
+        wanted = number if known and number is not None else first
         start = max(wanted, self._begin, self._end - limit)
         slots = np.arange(start, self._end) % PLOTS_KEPT
         if not known:

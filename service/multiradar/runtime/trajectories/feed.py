@@ -102,11 +102,14 @@ class TrajectoryFeed:
 
     def restart(self) -> None:
         """Start over: the output is repeated from the start, and what is known is skipped."""
+        with self._changed:
+            self._roster.restart()
 
     def set_back(self) -> None:
         """Expect earlier times: all tracks were terminated."""
         with self._changed:
             self._reached_s = -math.inf
+            self._roster.set_back()
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""

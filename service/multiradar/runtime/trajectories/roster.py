@@ -67,6 +67,21 @@ class Roster:
         self._sequence = 0
         self._reached_s = -np.inf
         self._epoch = -1
+        # How often the data time was set back, at the last output and at most.
+        self._set_backs = self._set_backs_max = 0
+
+    def restart(self) -> None:
+        """Expect all output again from the start; what is known is skipped."""
+        self._set_backs = 0
+
+    def set_back(self) -> None:
+        """Expect earlier times: all tracks were terminated."""
+        self._set_backs += 1
+        if self._set_backs > self._set_backs_max:
+            self._set_backs_max = self._set_backs
+            # The biases are kept.
+            self._publish(np.inf)
+            self._reached_s, self._epoch = -np.inf, -1
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""
@@ -100,6 +115,9 @@ class Roster:
         PushPlots, DropBundle or Sampled
             Operations on bundles, in order for each track; samples in order for all of them.
         """
+        if self._set_backs < self._set_backs_max:
+            # Repeated; its times say nothing about those after the step.
+            return
         updates = output.updates
         fresh = updates.sequence > self._sequence
         plots, confirmed = (

@@ -2,9 +2,12 @@
 
 import json
 from collections.abc import Iterator
+from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
+from polars.testing import assert_frame_equal
 
 from multiradar.errors import IdempotencyConflictError
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
@@ -13,9 +16,13 @@ from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.picture.air_picture import Asked
+from multiradar.runtime.picture.past import PastAsked
+from multiradar.runtime.queries.registry import RESIDUALS
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.asterix.reports import SENDER
+from support.inputs.picture_frames import decoded
 from support.processes.live_services import TABLE, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import START_S, recording
@@ -108,6 +115,51 @@ def test_a_step_back_ends_all_tracks_and_a_restart_does_the_same(
         known = settled(again.service)
         for name in ("output_sha256", "data_time_s", "output_sequence", "engine"):
             assert known[name] == status[name], name
+    finally:
+        again.stop()
+
+
+@pytest.mark.slow
+def test_past_times_after_a_step_back_are_those_of_the_tracks_since_then(
+    run: Run, journal: MemoryJournal
+) -> None:
+    service, view = run.service, run.service.view
+    frame = recording(1500, step_s=0.2)
+    assert _send(service, frame.with_columns(time_s=pl.col("time_s") + 100.0)) == 0
+    settled(service)
+    before = _tracks(service)
+    _set(service, START_S)
+    # A radar that sends no more.
+    frame = frame.filter(pl.col("sensor_id") != "41-20")
+    assert _send(service, frame) == 0
+    status = settled(service)
+    after = _tracks(service)
+    assert len(after) == len(before) == 12
+    ages_s: Any = status["sensor_ages_s"]
+    assert ages_s["41-20"] == pytest.approx(300.0, abs=5.0)
+    assert ages_s["41-10"] < 10.0
+    times = np.sort(frame["time_s"].to_numpy())
+    for at_s in (START_S + 60.3, START_S + 200.3):
+        found = view.tracks(at_s)
+        assert set(found["track_id"]) == after
+        assert found["time_s"].is_between(at_s - 60.0, at_s).all()
+        header, tables = decoded(view.past_picture(PastAsked(at_s)))
+        assert set(tables["tracks"]["track_id"]) == after
+        assert len(tables["plots"]["time_s"]) == np.ptp(
+            np.searchsorted(times, [at_s - 30.0, at_s], "right")
+        )
+        assert set(tables["path"]["track_id"]) == after
+    assert header["span_s"] == [START_S, view.status()["data_time_s"]]
+    # A new page has no plots of the superseded times.
+    _, tables = decoded(view.picture(Asked()))
+    assert 0 < len(tables["plots"]["time_s"]) <= np.count_nonzero(times > times[-1] - 40.0)
+    radars: Any = view.ask(RESIDUALS, window_s=600.0)
+    assert [one["sensor_id"] for one in radars["sensors"]] == ["41-10"]
+    again = Run(journal)
+    try:
+        settled(again.service)
+        assert_frame_equal(again.service.view.tracks(at_s), view.tracks(at_s))
+        assert again.service.view.status()["sensor_ages_s"] == ages_s
     finally:
         again.stop()
 

@@ -30,7 +30,7 @@ OTHER = {
     "ForecastScores": "_first_motion _first",
     "JumpTests": "_radars _periods _tests",
     "Knowledge": "sensors tracking limits trajectories silence regions _lock _states _frame "
-    "_frame_version _version past",
+    "_frame_version _version",
     "HealthBoard": "_epochs",
     "LiveTracks": "sources",
     "NearDuplicates": "_spans_s _identity",
@@ -38,6 +38,7 @@ OTHER = {
     "OutputDigest": "",
     "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks _changes _region "
     "_region_marks",
+    "PastRows": "samples _biases _healths",
     "Plausibility": "active",
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _futures _states _figures _engine "
@@ -50,6 +51,7 @@ OTHER = {
     "SensorHealth": "_sensors _settings _radars _periods _sites _noises _bounds_bias_errors",
     "SharedBiases": "_sensors _filter _epoch_s",
     "SiteUse": "_sites",
+    "TrackHistory": "_rows _appended _claimed _time_s _previous _newest",
     "TrackTally": "",
     "TransitionLog": "_coast_after_s",
 }

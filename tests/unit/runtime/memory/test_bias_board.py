@@ -37,3 +37,21 @@ def test_the_biases_at_a_time_are_the_last_row_of_each_parameter_until_then(
         assert found.dtype == BIAS_DTYPE
         known = zip(found["sensor"].tolist(), found["parameter"].tolist(), strict=True)
         assert dict(zip(known, found["estimate"].tolist(), strict=True)) == expected
+
+
+def test_after_a_step_back_pages_go_on_by_time() -> None:
+    board = BiasBoard(sensors(), 6)
+    none, epochs = np.zeros(1, np.int64), (90, 100, 110, 50, 60, 70, 80)
+    for epoch in epochs:
+        time_s = np.array([4.0 * epoch])
+        board.append(
+            BiasRecords(none + epoch, time_s, none.astype(np.int32), none.astype(np.int8),
+                        np.ones(1), np.ones(1))
+        )  # fmt: skip
+    name = sensors().ids[0]
+    assert (board.history(name, 0.0, 9)["time_s"] / 4.0).tolist() == [50, 60, 70, 80, 100, 110]
+    assert (board.history(name, 280.0, 2)["time_s"] / 4.0).tolist() == [70, 80]
+    assert (board.history(name, None, 2)["time_s"] / 4.0).tolist() == [70, 80]
+    # From the step on, everything is there.
+    assert 4.0 * 50 <= board.complete_from_s <= 4.0 * 80
+    assert BiasBoard(sensors(), 6).complete_from_s == -np.inf

@@ -25,3 +25,15 @@ def test_a_restored_state_replaces_what_was_known() -> None:
     assert len(other.at(3.999)) == 0
     assert other.at(4.0).sensor.tolist() == [0, 1]
     assert other.at(8.0).epoch.tolist() == [2]
+
+
+def test_after_a_step_back_the_newest_epochs_are_complete() -> None:
+    board = HealthBoard(3)
+    for epoch in (90, 100, 50):
+        board.append(health_records(epoch=[epoch], time_s=[4.0 * epoch], sensor=[0]))
+    assert board.complete_from_s == 200.0
+    assert board.at(210.0).epoch.tolist() == [50]
+    board.append(health_records(epoch=[60], time_s=[240.0], sensor=[0]))
+    board.append(health_records(epoch=[70], time_s=[280.0], sensor=[0]))
+    assert board.complete_from_s == 200.0
+    assert HealthBoard(3).complete_from_s == -float("inf")

@@ -9,11 +9,18 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.memory.bias_board import BiasBoard
+from multiradar.runtime.memory.health_board import HealthBoard
 from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory
-from multiradar.tracking.columns import rows_of, table_of
+from multiradar.runtime.memory.past_rows import PastRows
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.state import copied_state, encoded_state, restore_state
+from multiradar.tracking.columns import row_type, rows_of, table_of
+from multiradar.tracking.lifecycle.transitions import ENDED, TrackTransitions
 from multiradar.tracking.outputs import TrackUpdates
 from support.kernels import plain
 from support.processes.waiting import join
+from support.scenarios.live_scene import sensors
 
 
 def test_identifiers_may_grow_without_end() -> None:
@@ -167,3 +174,68 @@ def test_a_span_of_time_has_the_retained_rows_in_order_of_time(appended: int) ->
     for after_s, until_s in [(-np.inf, np.inf), (300.0, 420.0), (2500.0, 2777.7), (5e3, 6e3)]:
         wanted = kept[(kept["time_s"] > after_s) & (kept["time_s"] <= until_s)]
         assert history.between(after_s, until_s).tobytes() == wanted.tobytes()
+
+
+@pytest.mark.parametrize("steps", [[], [(40, 100.0)], [(30, 250.0), (60, 120.0)], [(0, 0.0)]])
+@pytest.mark.parametrize("capacity", [30, 64, 200])
+def test_after_a_step_back_rows_with_later_times_before_it_are_superseded(
+    steps: list[tuple[int, float]], capacity: int
+) -> None:
+    """A search by time once found rows of terminated tracks, and none of the present ones."""
+    generator = np.random.default_rng(capacity)
+    rows = np.zeros(100, UPDATE_DTYPE)
+    rows["sequence"] = np.arange(100)
+    rows["track_id"] = 1 + np.arange(100) % 3
+    starts_s = dict(steps)
+    time_s, history = 0.0, TrackHistory(capacity)
+    valid_s = np.full(100, np.inf)
+    for number in range(100):
+        if number in starts_s:
+            time_s = starts_s[number]
+            history.set_back(time_s)
+            valid_s[:number] = np.minimum(valid_s[:number], time_s)
+        rows["time_s"][number] = time_s + generator.uniform(0.0, 9.0)
+        time_s += 10.0
+        history.append(rows[number : number + 1])
+    kept = np.arange(100) >= 100 - capacity
+    valid = rows["time_s"] <= valid_s
+    ordered_s = np.minimum(rows["time_s"], valid_s)
+    for after_s, until_s in [(-np.inf, np.inf), (90.0, 160.0), (200.0, 333.0), (119.0, 121.0)]:
+        inside = kept & (ordered_s > after_s) & (ordered_s <= until_s)
+        for superseded, expected in ((False, rows[inside & valid]), (True, rows[inside])):
+            found = history.between(after_s, until_s, superseded=superseded)
+            assert sorted(found["sequence"].tolist()) == sorted(expected["sequence"].tolist())
+        past = rows[kept & valid & (rows["time_s"] <= until_s)]
+        newest = np.sort(past, order="time_s")[-7:]
+        assert history.last_until(until_s, 7)["sequence"].tolist() == newest["sequence"].tolist()
+    first = int(np.flatnonzero(kept)[0])
+    assert history.oldest_s == ordered_s[first]
+    assert history.complete_from_s == (ordered_s[first] if capacity < 100 else -np.inf)
+    since = max([0, *starts_s])
+    assert history.first_since_set_back == since
+    newest = history.after(None, 1000)[0]
+    assert newest["sequence"].tolist() == list(range(max(since, first), 100))
+    # Tracks are read whole.
+    track = rows[kept & (rows["track_id"] == 2)]
+    assert history.read(2, None, 1000)["sequence"].tolist() == track["sequence"].tolist()
+
+
+def test_tracks_terminated_by_a_step_back_have_ended_at_its_time_also_after_a_restart() -> None:
+    sensors_, limits = sensors(), RuntimeLimits()
+
+    def past() -> PastRows:
+        return PastRows(limits, BiasBoard(sensors_, 100), HealthBoard())
+
+    one, other = past(), past()
+    steps = np.zeros(2, row_type(TrackTransitions))
+    steps["track_id"], steps["time_s"] = [1, 2], [100.0, 400.0]
+    steps["transition"] = ENDED
+    one.transitions.append(steps)
+    one.set_back(200.0)
+    restore_state(other, encoded_state(copied_state(one)))
+    other.transitions.refill(0, one.transitions.rows(0, 2))
+    for known in (one, other):
+        assert known.ended_between(150.0, 199.0).tolist() == []
+        assert known.ended_between(150.0, 210.0).tolist() == [2]
+        assert known.ended_between(200.0, 500.0).tolist() == []
+        assert known.ended_between(0.0, 500.0).tolist() == [1, 2]

@@ -135,3 +135,38 @@ def test_a_sample_is_between_the_plots_before_and_after_it_for_any_batches() -> 
     assert served([[event] for event in events]) == expected
     # All of it is repeated after a failure of the engine.
     assert served([events[:4], events]) == expected
+
+
+def test_after_a_step_back_bundles_have_new_biases_and_samples() -> None:
+    roster = Roster(10, TABLE)
+    before: list[Event] = [
+        Update(1, 100.0, 1), Bias(104.0, 10.0), Sample(104.0, 26), Bias(112.0, 20.0),
+        Update(2, 105.0, 1), End(106.0, 1),
+    ]  # fmt: skip
+    after: list[Event] = [
+        Update(3, 50.0, 2), Bias(52.0, 30.0), Sample(52.0, 13), Update(4, 53.0, 2),
+    ]  # fmt: skip
+    later: list[Event] = [Update(5, 113.0, 2), Bias(116.0, 40.0), Update(6, 117.0, 2)]
+
+    def pushed(events: Sequence[Event]) -> list[tuple[float, float] | str]:
+        found: list[tuple[float, float] | str] = []
+        for order in roster.push(output_of(events)):
+            if isinstance(order, PushPlots):
+                bias = float(order.published.estimate[0, 0])
+                found += [(time_s, bias) for time_s in order.plots["time_s"].tolist()]
+            else:
+                found.append(f"epoch {order.epoch}" if isinstance(order, Sampled) else "gone")
+        return found
+
+    assert pushed(before) == [(100.0, 0.0), "epoch 26", (105.0, 10.0), "gone"]
+    roster.set_back()
+    # A bias that was published for a later time is kept.
+    expected: list[tuple[float, float] | str] = [(50.0, 20.0), "epoch 13", (53.0, 30.0)]
+    assert pushed(after) == expected
+    # After a failure of the engine all output is repeated, with the step.
+    roster.restart()
+    assert pushed(before) == []
+    roster.set_back()
+    assert pushed(after) == []
+    # The bias of before the step is not published once its time is reached.
+    assert pushed(later) == [(113.0, 30.0), (117.0, 40.0)]
