@@ -3,6 +3,8 @@
 import threading
 from collections.abc import Callable, Mapping, Sequence
 
+import structlog
+
 from multiradar.clock import Clock, SystemClock
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
@@ -10,6 +12,8 @@ from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import DatagramSource
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.live.reception import LiveDecoder, warm_up
+
+_log = structlog.get_logger("multiradar.asterix")
 
 #: Pause before a failed port is tried again, s.
 FAULT_PAUSE_S = 1.0
@@ -111,12 +115,16 @@ class AsterixGateway:
     # ---------------------------------------------------------------- inside
 
     def _listen(self, listener: int) -> None:
-        source, number = self._sources[listener], 0
+        source, number, known = self._sources[listener], 0, False
         while not self._stopping.is_set():
             try:
                 octets = source.receive()
-            except OSError:
+            except Exception as error:
                 # Counted and tried again: the network may come back.
+                if not (known or isinstance(error, OSError)):
+                    known = True
+                    label = self.counts.labels[listener]
+                    _log.error("asterix_listener_failed", listener=label, exc_info=error)
                 self.counts.add(listener, receive_faults=1)
                 self._stopping.wait(FAULT_PAUSE_S)
                 continue

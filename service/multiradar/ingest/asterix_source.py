@@ -156,7 +156,7 @@ class MemorySource:
 
     Attributes
     ----------
-    faults : deque of OSError
+    faults : deque of Exception
         Raised one by one before anything is received.
     """
 
@@ -166,7 +166,7 @@ class MemorySource:
         self.lost = 0
         self.status: Mapping[str, object] = {}
         self.closed = False
-        self.faults: deque[OSError] = deque()
+        self.faults: deque[Exception] = deque()
         self._waiting: deque[bytes] = deque()
         self._came = threading.Event()
 

@@ -14,7 +14,7 @@ The service connects to no other addresses, and follows no redirection.
 """
 
 from typing import Annotated, Literal, NamedTuple, Self
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -28,6 +28,8 @@ SOURCES_MAX = 64
 #: Schemes of addresses: connect, accept a connection; request or read again and again.
 TCP, LISTEN, HTTP, HTTPS, FILE = "tcp", "listen", "http", "https", "file"
 
+# What stays as it is in a path and a query; escapes, too.
+_SAFE = "/%:@!$&'()*+,;=?~"
 _EXAMPLES = (
     "tcp://192.168.1.20:30047, listen://127.0.0.1:30104, "
     "http://192.168.1.20/tar1090/data/aircraft.json or file:///run/readsb/aircraft.json"
@@ -61,7 +63,8 @@ def feed_address(url: str) -> FeedAddress:
     if parts.scheme in (HTTP, HTTPS):
         port = parts.port or (80 if parts.scheme == HTTP else 443)
         query = f"?{parts.query}" if parts.query else ""
-        return FeedAddress(parts.scheme, parts.hostname, port, (parts.path or "/") + query)
+        path = quote((parts.path or "/") + query, safe=_SAFE)
+        return FeedAddress(parts.scheme, parts.hostname, port, path)
     return FeedAddress(parts.scheme, parts.hostname, _port_of_stream(parts), "")
 
 

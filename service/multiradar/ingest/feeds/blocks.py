@@ -56,8 +56,8 @@ class BlockStream:
 
         Raises
         ------
-        OSError
-            The connection failed or ended; a later call connects again.
+        Exception
+            The connection failed or ended, mostly an OSError; a later call connects again.
         """
         left_s = self._due_s - self._clock.monotonic_s()
         if left_s > 0.0:
@@ -68,7 +68,7 @@ class BlockStream:
                 self._state = CONNECTED if self._connection.open() else WAITING
                 return None
             text = self._connection.receive()
-        except OSError as error:
+        except Exception as error:
             self._end(str(error) or type(error).__name__)
             raise
         if text == b"":

@@ -144,7 +144,7 @@ class MemoryConnection:
 
     Attributes
     ----------
-    faults : deque of OSError
+    faults : deque of Exception
         Raised one by one on connecting.
     """
 
@@ -152,11 +152,11 @@ class MemoryConnection:
         self.endpoint, self.whole = endpoint, whole
         self.opened = self.closed = 0
         self.released = False
-        self.faults: deque[OSError] = deque()
-        self._waiting: deque[bytes | OSError] = deque()
+        self.faults: deque[Exception] = deque()
+        self._waiting: deque[bytes | Exception] = deque()
         self._came = threading.Event()
 
-    def send(self, *pieces: bytes | OSError) -> None:
+    def send(self, *pieces: bytes | Exception) -> None:
         """Queue pieces for reception; an empty one ends the connection, an error is raised."""
         self._waiting.extend(pieces)
         self._came.set()
@@ -175,7 +175,7 @@ class MemoryConnection:
             if not self._waiting:
                 self._came.wait(WAIT_S)
         piece = self._waiting.popleft() if self._waiting else None
-        if isinstance(piece, OSError):
+        if isinstance(piece, Exception):
             raise piece
         return piece
 

@@ -106,6 +106,10 @@ class FeedReader:
                 reason = self._receive()
             except OSError as error:
                 reason = str(error) or type(error).__name__
+            except Exception as error:
+                # An internal error, or an address that cannot be used: tried again, too.
+                reason = f"{type(error).__name__}: {error}"
+                self._log_failure("feed_failed", error)
             self._disconnected(reason)
         self._counts.set_state(self._label, state=STOPPED)
 
@@ -161,9 +165,12 @@ class FeedReader:
         except Exception as error:
             # An internal error: the text that follows is read regardless.
             self._counts.add(self._label, batches_failed=1)
-            if self._failures < FAILURES_LOGGED_MAX:
-                self._failures += 1
-                _log.error("feed_batch_failed", feed=self._label, exc_info=error)
+            self._log_failure("feed_batch_failed", error)
+
+    def _log_failure(self, event: str, error: Exception) -> None:
+        if self._failures < FAILURES_LOGGED_MAX:
+            self._failures += 1
+            _log.error(event, feed=self._label, exc_info=error)
 
     def _submit_batch(self) -> None:
         batch = self._feed.drain()

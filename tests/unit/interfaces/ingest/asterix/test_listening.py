@@ -240,7 +240,7 @@ def test_a_fault_of_the_port_is_counted_and_does_not_stop_the_listener(
 ) -> None:
     monkeypatch.setattr(asterix_gateway, "FAULT_PAUSE_S", 0.0)
     one = listening()
-    one.sources[0].faults.extend([OSError("the network is down"), OSError("still")])
+    one.sources[0].faults.extend([OSError("the network is down"), UnicodeError("no host name")])
     one.until("receive_faults", 2)
     one.sources[0].send(plot(0.0))
     one.until("rows_accepted", 1)

@@ -53,6 +53,17 @@ def test_what_is_no_block_ends_the_connection(
     assert stream.status == {"state": WAITING, "last_error": expected}
 
 
+def test_an_error_that_is_none_of_the_system_ends_the_connection(
+    stream: BlockStream, connection: MemoryConnection, clock: FixedClock
+) -> None:
+    connection.send(UnicodeError("label too long"), ONE)
+    with pytest.raises(UnicodeError):
+        stream.receive()
+    assert stream.status == {"state": WAITING, "last_error": "label too long"}
+    clock.advance(PAUSE_MIN_S)
+    assert [stream.receive() for _ in range(2)] == [None, ONE]
+
+
 def test_pauses_double_until_there_is_data(
     stream: BlockStream, connection: MemoryConnection, clock: FixedClock
 ) -> None:

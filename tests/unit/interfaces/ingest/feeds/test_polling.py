@@ -2,6 +2,13 @@
 
 from multiradar.clock import FixedClock
 from multiradar.ingest.feeds.polling import PolledSnapshots
+from multiradar.settings.feeds import feed_address
+
+
+def test_an_address_is_requested_in_ascii_with_its_escapes() -> None:
+    address = feed_address("http://host/daten/übersicht%20neu.json?a=1&b=ä ö")
+    assert address.path == "/daten/%C3%BCbersicht%20neu.json?a=1&b=%C3%A4%20%C3%B6"
+    assert feed_address("http://host").path == "/"
 
 
 def test_a_snapshot_is_fetched_each_interval_and_missed_ones_are_not_made_up_for() -> None:

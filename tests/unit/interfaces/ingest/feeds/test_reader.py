@@ -145,6 +145,19 @@ def test_a_lost_connection_is_opened_again_and_lines_continue_to_be_counted() ->
     assert connection.closed >= 4
 
 
+@pytest.mark.slow
+def test_an_error_that_is_none_of_the_system_is_a_fault_of_the_connection() -> None:
+    """The thread ended, and the state stayed `starting`."""
+    connection = MemoryConnection()
+    connection.faults.append(UnicodeError("label too long"))
+    connection.send(readsb_line(1.0), ValueError("no digits"), readsb_line(2.0))
+    running = Running(connection)
+    found = running.wait_for(rows_accepted=2)
+    assert (found["connections"], found["connection_faults"]) == (2, 2)
+    assert found["last_error"] == "ValueError: no digits"
+    running.stop()
+
+
 def test_the_pause_doubles_up_to_its_maximum_until_data_arrive() -> None:
     pauses = []
 
