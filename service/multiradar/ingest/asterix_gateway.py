@@ -17,6 +17,8 @@ _log = structlog.get_logger("multiradar.asterix")
 
 #: Pause before a failed port is tried again, s.
 FAULT_PAUSE_S = 1.0
+#: Pause before data of a sender that can wait are put into a full queue again, s.
+QUEUE_PAUSE_S = 0.05
 
 
 class AsterixGateway:
@@ -68,7 +70,9 @@ class AsterixGateway:
         self.counts.lost_by_system = self._lost
         self.counts.endpoint = self._endpoint
         self.counts.status = self._status
-        self._inlet = AsterixInlet(queue, decoder, sink, self.counts, bounds or InletBounds())
+        self._inlet = AsterixInlet(
+            queue, decoder, sink, self.counts, bounds or InletBounds(), can_wait=self._can_wait
+        )
 
     @property
     def endpoints(self) -> tuple[str, ...]:
@@ -133,12 +137,24 @@ class AsterixGateway:
             number += 1
             size = len(octets)
             received = Received(listener, number, self._clock.now_s(), octets, source.sender)
-            if self._queue.put(received):
+            if self._queue.put(received) or self._put_later(received):
                 self.counts.add(listener, datagrams=1, octets=size)
             else:
                 self.counts.add(
                     listener, datagrams=1, octets=size, datagrams_dropped=1, octets_dropped=size
                 )
+
+    # A sender that can wait is not read from until there is room, or nothing that takes it.
+    def _put_later(self, received: Received) -> bool:
+        if not self._can_wait(received.listener):
+            return False
+        while len(self._queue) and not self._stopping.wait(QUEUE_PAUSE_S):
+            if self._queue.put(received):
+                return True
+        return self._queue.put(received)
+
+    def _can_wait(self, listener: int) -> bool:
+        return listener < len(self._sources) and self._sources[listener].can_wait
 
     def _lost(self, listener: int) -> int:
         return self._sources[listener].lost if listener < len(self._sources) else 0

@@ -5,7 +5,7 @@ cost and a low cost per record. The result does not depend on the batches.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 
@@ -66,6 +66,8 @@ class AsterixInlet:
         Counts the disposition of everything.
     bounds : InletBounds
         Limits.
+    can_wait : callable, optional
+        Returns whether further data of a listener, by index, can wait at their sender.
     threads : Threads, optional
         Makes what its thread waits for; threads of the system by default.
     """
@@ -78,6 +80,7 @@ class AsterixInlet:
         counts: AsterixCounts,
         bounds: InletBounds,
         *,
+        can_wait: Callable[[int], bool] = lambda _listener: False,
         threads: Threads | None = None,
     ) -> None:
         self._queue = queue
@@ -85,6 +88,7 @@ class AsterixInlet:
         self._sink = sink
         self._counts = counts
         self._bounds = bounds
+        self._can_wait = can_wait
         self._stopping = (threads or SystemThreads()).event()
         self._failures = 0
         self._losing = False
@@ -160,10 +164,14 @@ class AsterixInlet:
         rejected = self._rows(part, batch.rejected, len(batch.frame))
         if not len(batch.frame) and not rejected:
             return
-        listener = np.array([one.listener for one in part])[batch.datagram]
+        numbers = [one.listener for one in part]
+        listener, patient = (
+            np.array(numbers)[batch.datagram],
+            any(map(self._can_wait, set(numbers))),
+        )
         try:
             future = submit_when_possible(
-                self._sink, batch.frame, rejected, SOURCE, self._stopping.wait
+                self._sink, batch.frame, rejected, SOURCE, self._stopping.wait, patient=patient
             )
         except MultiradarError as error:
             self._lost(listener, error)

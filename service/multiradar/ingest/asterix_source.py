@@ -45,6 +45,11 @@ class DatagramSource(Protocol):
         """Address from which the last datagram came; empty where there is only one."""
         ...
 
+    @property
+    def can_wait(self) -> bool:
+        """Whether data that are not read wait at the sender, as in a stream."""
+        ...
+
     def receive(self) -> bytes | None:
         """Wait a moment for the next datagram; None if there was none. Raise OSError on a fault."""
         ...
@@ -77,6 +82,8 @@ class UdpSource:
     ConfigurationError
         If the port cannot be opened.
     """
+
+    can_wait = False
 
     def __init__(
         self,
@@ -158,7 +165,11 @@ class MemorySource:
     ----------
     faults : deque of Exception
         Raised one by one before anything is received.
+    can_wait : bool
+        Whether it stands for a stream.
     """
+
+    can_wait = False
 
     def __init__(self, endpoint: str = "memory") -> None:
         self.endpoint = endpoint

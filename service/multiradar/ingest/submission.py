@@ -1,16 +1,21 @@
 """Submission to the journal by receivers that no sender would repeat."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
+from itertools import count
 
 import polars as pl
 
-from multiradar.errors import QueueFullError
+from multiradar.errors import JournalFullError, QuarantineError, QueueFullError
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
 
 #: Retries of a batch while the journal queue is full; then its rows are lost.
 SUBMIT_RETRIES_MAX = 60
+#: Pause before a patient receiver tries a full disk again, s.
+DISK_PAUSE_S = 1.0
+# A patient receiver looks so often whether it is stopping, s.
+_POLL_S = 0.2
 
 
 def submit_when_possible(
@@ -18,7 +23,9 @@ def submit_when_possible(
     frame: pl.DataFrame,
     rejected: Sequence[RejectedRow],
     source: str,
-    wait: Callable[[float], bool],
+    pause: Callable[[float], bool],
+    *,
+    patient: bool = False,
 ) -> Future[Receipt]:
     """Submit measurements; retry while the journal queue is full.
 
@@ -32,8 +39,11 @@ def submit_when_possible(
         Rows for the quarantine.
     source : str
         The sender.
-    wait : callable
+    pause : callable
         Waits for a time, s; returns whether the receiver is stopping.
+    patient : bool
+        Whether further data can wait at their sender: then it retries until the measurements are on
+        disk or the receiver stops, also while the disk is full.
 
     Returns
     -------
@@ -47,12 +57,24 @@ def submit_when_possible(
     MultiradarError
         The service accepts nothing.
     """
-    for left in range(SUBMIT_RETRIES_MAX, -1, -1):
+    for retries in count():
         try:
-            return sink.submit(frame, source=source, rejected=rejected)
+            future = sink.submit(frame, source=source, rejected=rejected)
         except QueueFullError as error:
             # Meanwhile data wait at the receiver; those that do not fit there are counted.
-            if not left or wait(error.retry_after_s):
+            endless = patient and not isinstance(error, QuarantineError)
+            if (retries >= SUBMIT_RETRIES_MAX and not endless) or pause(error.retry_after_s):
                 raise
+            continue
+        if not (patient and _found_disk_full(future, pause)) or pause(DISK_PAUSE_S):
+            return future
     msg = "unreachable"
     raise AssertionError(msg)
+
+
+# Whether the disk is full; waits for the journal, unless the receiver is stopping.
+def _found_disk_full(future: Future[Receipt], pause: Callable[[float], bool]) -> bool:
+    while not wait([future], _POLL_S).done:
+        if pause(0.0):
+            return False
+    return isinstance(future.exception(), JournalFullError)

@@ -24,6 +24,8 @@ class BlockStream:
         brings no data.
     """
 
+    can_wait = True
+
     def __init__(
         self,
         connection: FeedConnection,

@@ -183,7 +183,7 @@ class FeedReader:
             return
         try:
             future = submit_when_possible(
-                self._sink, batch.frame, rows, SOURCE, self._stopping.wait
+                self._sink, batch.frame, rows, SOURCE, self._stopping.wait, patient=True
             )
         except MultiradarError as error:
             self._lost(count, error)

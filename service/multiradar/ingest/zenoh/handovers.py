@@ -9,6 +9,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from multiradar.clock import Clock, SystemClock
@@ -18,6 +19,7 @@ from multiradar.ingest.zenoh.gateway import Bus
 from multiradar.ingest.zenoh.keys import HANDOVERS, last_part
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus, require_guarded
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions.areas import Areas, Centre
@@ -130,10 +132,12 @@ class RegionExchange:
             self._count(region, "malformed", "HANDOVER_MALFORMED", str(error))
             return
         try:
-            self._sink.hand_over(packed(message.payload), source=f"region {region}")
+            future = self._sink.hand_over(packed(message.payload), source=f"region {region}")
         except MultiradarError as error:
             # The next message has all that this one had.
             self._count(region, "lost", "HANDOVER_LOST", str(error))
+        else:
+            future.add_done_callback(lambda done: self._settled(region, done))
 
     def stop(self) -> None:
         """Close the session; may be called twice."""
@@ -160,6 +164,13 @@ class RegionExchange:
         }
 
     # ---------------------------------------------------------------- inside
+
+    def _settled(self, region: str, done: Future[Receipt]) -> None:
+        error = done.exception()
+        if isinstance(error, MultiradarError):
+            self._count(region, "lost", "HANDOVER_LOST", error.for_clients)
+        elif error is not None:
+            self._count(region, "lost", "HANDOVER_LOST", type(error).__name__)
 
     def _run(self) -> None:
         while not self._stopping.wait(self._period_s):

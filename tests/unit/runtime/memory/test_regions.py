@@ -1,6 +1,7 @@
 """Areas of regions, tracks that match, and messages of neighbours that are not used."""
 
 import json
+from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
@@ -8,12 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.errors import InputError
+from multiradar.errors import InputError, JournalFullError
 from multiradar.ingest.zenoh.bus import JSON, Message
 from multiradar.ingest.zenoh.handovers import RegionExchange
 from multiradar.ingest.zenoh.keys import HANDOVERS
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
@@ -183,9 +185,11 @@ class _Sink(FakeService):
     def __init__(self) -> None:
         super().__init__()
         self.messages: list[tuple[bytes, str]] = []
+        self.receipt: Future[Receipt] = Future()
 
-    def hand_over(self, message: bytes, *, source: str) -> Any:
+    def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
         self.messages.append((unpacked(message), source))
+        return self.receipt
 
 
 def test_the_exchange_counts_what_it_does_not_use() -> None:
@@ -210,4 +214,10 @@ def test_the_exchange_counts_what_it_does_not_use() -> None:
     assert sink.messages == [(handover(), "region east")]
     assert (counts["received"], counts["too_frequent"], counts["malformed"]) == (4, 1, 2)
     assert [one["code"] for one in exchange.document()["alarms"]] == ["HANDOVER_MALFORMED"] * 2
+    assert counts["lost"] == 0
+    sink.receipt.set_exception(JournalFullError("/path: no space left"))
+    assert exchange.document()["messages"]["east"]["lost"] == 1
+    lost = exchange.document()["alarms"][-1]
+    assert lost["code"] == "HANDOVER_LOST"
+    assert lost["reason"] == "the journal disk is full; nothing was ingested"
     assert bus.counts.handler_errors == 0

@@ -10,8 +10,14 @@ import pytest
 from structlog.testing import capture_logs
 
 from multiradar.clock import FixedClock
-from multiradar.errors import JournalError, MultiradarError, PipelineError, QueueFullError
-from multiradar.ingest import asterix_gateway
+from multiradar.errors import (
+    JournalError,
+    JournalFullError,
+    MultiradarError,
+    PipelineError,
+    QueueFullError,
+)
+from multiradar.ingest import asterix_gateway, submission
 from multiradar.ingest.asterix_gateway import AsterixGateway
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
@@ -321,6 +327,38 @@ def test_a_full_journal_is_waited_for() -> None:
     queue.put(Received(0, 1, NOON_S, plot(0.0)))
     work.drain()
     assert gateway.counts.number(0, "rows_accepted") == 1
+
+
+@pytest.mark.parametrize("stream", [False, True])
+def test_a_full_disk_is_waited_for_if_the_sender_can_wait(
+    listening: Callable[..., Listening], monkeypatch: pytest.MonkeyPatch, stream: bool
+) -> None:
+    monkeypatch.setattr(submission, "DISK_PAUSE_S", 0.001)
+    one = listening()
+    one.sources[0].can_wait = stream
+    one.service.later += [JournalFullError("no space left")] * 3
+    one.sources[0].send(plot(0.0))
+    one.until("rows_accepted" if stream else "rows_lost", 1)
+    assert (one.number("rows_lost"), one.number("rows_accepted")) == (1 - stream, stream)
+
+
+def test_a_full_queue_drops_nothing_of_a_stream(listening: Callable[..., Listening]) -> None:
+    one = listening(begin=False, datagrams_max=1)
+    one.sources[0].can_wait = True
+    one.sources[0].send(*(plot(float(k)) for k in range(3)))
+    one.until("datagrams", 1)
+    one.gateway.begin()
+    one.until("rows_accepted", 3)
+    assert (one.number("datagrams"), one.number("datagrams_dropped")) == (3, 0)
+
+
+def test_what_never_fits_into_the_queue_is_dropped_of_a_stream_too(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(octets_max=10)
+    one.sources[0].can_wait = True
+    one.sources[0].send(plot(0.0))
+    one.until("datagrams_dropped", 1)
 
 
 @pytest.mark.parametrize("later", [False, True])

@@ -9,10 +9,12 @@ import polars as pl
 import pytest
 
 from multiradar.clock import SystemClock
-from multiradar.errors import PipelineError, QueueFullError
+from multiradar.errors import JournalFullError, PipelineError, QueueFullError
+from multiradar.ingest import submission
 from multiradar.ingest.feeds.connections import MemoryConnection
 from multiradar.ingest.feeds.counts import FeedCounts
 from multiradar.ingest.feeds.reader import FeedReader, ReaderBounds
+from multiradar.ingest.submission import SUBMIT_RETRIES_MAX
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar_converters.feeds.live import LiveFeed
 from support.processes.waiting import join, wait_until
@@ -31,6 +33,7 @@ class Sink:
         self.frames: list[pl.DataFrame] = []
         self.rejected: list[RejectedRow] = []
         self.faults: list[Exception] = []
+        self.later: list[Exception] = []
 
     def submit(
         self, frame: pl.DataFrame, *, source: str, idempotency_key: str | None = None,
@@ -40,9 +43,12 @@ class Sink:
         assert idempotency_key is None
         if self.faults:
             raise self.faults.pop(0)
+        done: Future[Receipt] = Future()
+        if self.later:
+            done.set_exception(self.later.pop(0))
+            return done
         self.frames.append(frame)
         self.rejected += rejected
-        done: Future[Receipt] = Future()
         done.set_result(Receipt(len(frame), tuple(rejected), duplicate=False, journal_sequence=1))
         return done
 
@@ -206,6 +212,25 @@ def test_a_full_journal_is_waited_for_and_a_failed_one_loses_rows() -> None:
     connection.send(readsb_line(2.0))
     running.wait_for(rows_lost=1)
     running.stop()
+
+
+@pytest.mark.slow
+def test_a_full_disk_and_a_queue_that_stays_full_are_waited_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Batches were lost at once, and after a minute."""
+    monkeypatch.setattr(submission, "DISK_PAUSE_S", 0.001)
+    connection = MemoryConnection()
+    running = Running(connection)
+    running.sink.faults += [QueueFullError("intake", 1, 0.0001)] * (SUBMIT_RETRIES_MAX + 10)
+    running.sink.later += [JournalFullError("no space left")] * 3
+    connection.send(readsb_line(1.0))
+    assert running.wait_for(rows_accepted=1)["rows_lost"] == 0
+    assert (running.sink.faults, running.sink.later) == ([], [])
+    running.sink.later += [JournalFullError("no space left")] * 100_000
+    connection.send(readsb_line(2.0))
+    wait_until(lambda: len(running.sink.later) < 99_990, "some attempts")
+    assert running.stop()["rows_lost"] == 1
 
 
 @pytest.mark.slow
