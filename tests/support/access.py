@@ -31,8 +31,8 @@ def clients() -> tuple[ClientSettings, ...]:
         ClientSettings(
             name=name,
             role=_ROLES.get(name) or Role(name),
-            sensors=("41-10",) if name == "radar" else (),
             key_sha256=key_digest(key),
+            **({"sensors": ("41-10",)} if name == "radar" else {}),
         )
         for name, key in KEYS.items()
     )

@@ -4,7 +4,7 @@ import hashlib
 import os
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 
@@ -35,16 +35,19 @@ class Caller:
         Its name; empty where the service has no credentials.
     roles : frozenset of Role
         What it may do.
-    sensors : frozenset of str
-        The only sensors whose measurements it may send; empty for all.
+    sensors : frozenset of str, optional
+        The only sensors whose measurements it may send; None for all.
     until_s : float
         End of its credentials, Unix time, s.
+    key_sha256 : str, optional
+        SHA-256 of the key that it sent; None for a token or a certificate.
     """
 
     name: str
     roles: frozenset[Role]
-    sensors: frozenset[str] = frozenset()
+    sensors: frozenset[str] | None = None
     until_s: float = inf
+    key_sha256: str | None = field(default=None, repr=False)
 
     def may(self, role: Role) -> bool:
         """Return whether it may do what this role may."""
@@ -56,8 +59,8 @@ ANYONE = Caller("", frozenset(Role))
 
 
 def caller_of(client: ClientSettings) -> Caller:
-    """Return a client as a caller."""
-    return Caller(client.name, frozenset({client.role}), frozenset(client.sensors))
+    """Return a client as a caller, without the proof of its name."""
+    return Caller(client.name, frozenset({client.role}), frozenset(client.sensors) or None)
 
 
 def new_key() -> str:
@@ -98,8 +101,12 @@ class Clients:
 
     def by_key(self, key: str) -> Caller | None:
         """Return the caller with an API key."""
+        return self.by_digest(key_digest(key))
+
+    def by_digest(self, key_sha256: str) -> Caller | None:
+        """Return the caller whose API key has this SHA-256."""
         self._refresh()
-        return self._by_key.get(key_digest(key))
+        return self._by_key.get(key_sha256)
 
     def by_name(self, name: str) -> Caller | None:
         """Return the caller with a name."""
@@ -130,7 +137,9 @@ class Clients:
     def _index(self) -> None:
         self._by_name = {one.name: caller_of(one) for one in self.all}
         self._by_key = {
-            one.key_sha256: caller_of(one) for one in self.all if one.key_sha256 is not None
+            one.key_sha256: replace(caller_of(one), key_sha256=one.key_sha256)
+            for one in self.all
+            if one.key_sha256 is not None
         }
 
 

@@ -11,7 +11,7 @@ from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityS
 from starlette.requests import HTTPConnection
 
 from multiradar.access.authentication import (
-    CERTIFICATE_NAME,
+    CERTIFICATE,
     CREDENTIALS_INVALID,
     Authentication,
 )
@@ -61,10 +61,10 @@ async def authorised(
     try:
         caller = authentication.caller(
             None if bearer is None else bearer.credentials,
-            connection.scope.get("state", {}).get(CERTIFICATE_NAME),
+            connection.scope.get("state", {}).get(CERTIFICATE),
         )
     except RequestError as error:
-        events.warn("rejected", origin, code=error.code, **where)
+        events.warn("rejected", origin, code=error.code, reason=str(error), **where)
         if error.code == CREDENTIALS_INVALID:
             authentication.attempts.note_wrong(origin)
         raise

@@ -2,10 +2,10 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import jwt
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from multiradar.access.clients import Caller
 from multiradar.access.watched import Watched
@@ -19,7 +19,15 @@ _LEEWAY_S = 30.0
 TOKEN_PREFIX = "jwt:"
 _REQUIRED = ("exp", "iss", "aud", "sub")
 _NAME = TypeAdapter[str](ClientName)
-_SENSORS = TypeAdapter[tuple[str, ...]](tuple[SensorName, ...])
+_NAME_FORM = "1 to 64 letters, digits, dots, underscores or hyphens"
+_SENSORS = TypeAdapter[frozenset[str]](frozenset[SensorName])
+_SENSORS_FORM = "a list of sensor names"
+
+_T = TypeVar("_T")
+
+
+class ClaimError(ValueError):
+    """A claim of a token of the issuer has another form."""
 
 
 class Tokens:
@@ -40,6 +48,11 @@ class Tokens:
         """Return the caller that a token names; None if it is not valid.
 
         The name is `jwt:` and the subject.
+
+        Raises
+        ------
+        ClaimError
+            If the signature is valid, but the subject or the sensors have another form.
         """
         issuer = self._issuer
         try:
@@ -53,20 +66,28 @@ class Tokens:
                 leeway=_LEEWAY_S,
                 options={"require": list(_REQUIRED)},
             )
-            return _caller(claims)
         except (jwt.InvalidTokenError, KeyError, TypeError, ValueError):
             return None
+        return _caller(claims)
 
 
-def _caller(claims: dict[str, Any]) -> Caller | None:
+def _caller(claims: dict[str, Any]) -> Caller:
     scopes = str(claims.get("scope", "")).split()
-    sensors = frozenset(_SENSORS.validate_python(claims.get("sensors", ())))
     return Caller(
-        TOKEN_PREFIX + _NAME.validate_python(claims["sub"]),
+        TOKEN_PREFIX + _claim(claims, "sub", _NAME, _NAME_FORM),
         frozenset(role for role in Role if role in scopes),
-        sensors,
+        # A list without sensors permits none.
+        _claim(claims, "sensors", _SENSORS, _SENSORS_FORM) if "sensors" in claims else None,
         float(claims["exp"]) + _LEEWAY_S,
     )
+
+
+def _claim(claims: dict[str, Any], name: str, form: TypeAdapter[_T], expected: str) -> _T:
+    try:
+        return form.validate_python(claims[name])
+    except ValidationError as error:
+        msg = f"{name}: expected {expected}"
+        raise ClaimError(msg) from error
 
 
 def _read_keys(file: Path) -> dict[str | None, Any]:

@@ -29,7 +29,7 @@ from websockets.exceptions import InvalidState
 from websockets.http11 import Request
 from websockets.protocol import State
 
-from multiradar.access.authentication import CERTIFICATE_NAME
+from multiradar.access.authentication import CERTIFICATE, ClientCertificate
 from multiradar.access.shares import client_at
 from multiradar.errors import ConfigurationError
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
@@ -251,11 +251,14 @@ def _client_of(transport: asyncio.Transport) -> str:
     return client_at((transport.get_extra_info("peername") or ("unknown",))[0])
 
 
-# Common name of the client's certificate, which the handshake has verified.
-def _certificate_name(transport: asyncio.Transport) -> str | None:
+# The client's certificate, which the handshake has verified.
+def _certificate(transport: asyncio.Transport) -> ClientCertificate | None:
     certificate = transport.get_extra_info("peercert") or {}
     subject = dict(pair for part in certificate.get("subject", ()) for pair in part)
-    return subject.get("commonName")
+    name = subject.get("commonName")
+    if name is None:
+        return None
+    return ClientCertificate(name, float(ssl.cert_time_to_seconds(certificate["notAfter"])))
 
 
 def _send_at_once(transport: asyncio.Transport) -> None:
@@ -340,10 +343,10 @@ class _Http(H11Protocol):
     ) -> None:
         super().connection_made(transport)
         _send_at_once(transport)
-        name = _certificate_name(transport)
-        if name is not None:
+        certificate = _certificate(transport)
+        if certificate is not None:
             # The state of each request on this connection, WebSockets included.
-            self.app_state = {**self.app_state, CERTIFICATE_NAME: name}
+            self.app_state = {**self.app_state, CERTIFICATE: certificate}
         if self.registry.admit(transport):
             self._expect_headers()
 

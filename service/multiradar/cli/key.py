@@ -49,12 +49,13 @@ def key(
     from multiradar_schemas.documents.mistakes import mistakes_in
 
     made = new_key()
-    values = {
+    values: dict[str, object] = {
         "name": name,
         "role": role.value,
-        "sensors": [one.strip() for one in sensors.split(",")] if sensors else [],
         "key_sha256": key_digest(made),
     }
+    if sensors is not None:
+        values["sensors"] = [one.strip() for one in sensors.split(",")]
     try:
         client = ClientSettings.model_validate(values)
     except ValidationError as error:

@@ -15,15 +15,15 @@ _SENSOR = "sensor_id"
 _INDEX = "index"
 
 
-def of_allowed_sensors(decoded: Decoded, sensors: Collection[str]) -> Decoded:
+def of_allowed_sensors(decoded: Decoded, sensors: Collection[str] | None) -> Decoded:
     """Reject the rows of sensors that a sender may not send.
 
     Parameters
     ----------
     decoded : Decoded
         A message.
-    sensors : collection of str
-        The sensors that it may send; empty for all.
+    sensors : collection of str, optional
+        The sensors that it may send; None for all.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def of_allowed_sensors(decoded: Decoded, sensors: Collection[str]) -> Decoded:
         The same rows, those of other sensors rejected with `SENSOR_NOT_ALLOWED`.
     """
     frame = decoded.frame
-    if not sensors:
+    if sensors is None:
         return decoded
     few = len(frame) <= LISTED_ROWS_MAX
     if few and {*sensors, None}.issuperset(frame[_SENSOR].to_list()):
@@ -41,7 +41,7 @@ def of_allowed_sensors(decoded: Decoded, sensors: Collection[str]) -> Decoded:
     others = frame.filter(foreign)
     if not len(others):
         return decoded
-    expected = ", ".join(sorted(sensors))
+    expected = ", ".join(sorted(sensors)) or "none"
     content = without_empty_columns(others).drop(_INDEX).iter_rows(named=True)
     rejected = [
         RejectedRow(

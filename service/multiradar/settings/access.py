@@ -71,6 +71,8 @@ class ClientSettings(Section):
 
     @model_validator(mode="after")
     def _sensors_are_of_a_feed(self) -> Self:
+        if not self.sensors and "sensors" in self.model_fields_set:
+            raise wrong("sensors: expected at least one; remove the key to permit all sensors")
         if self.sensors and self.role is not Role.FEED:
             raise wrong("sensors apply to the role feed only; remove them or change the role")
         return self

@@ -3,18 +3,22 @@
 import contextlib
 import ssl
 import time
+from collections import deque
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import httpx
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from multiradar.api.connections import TlsFiles
 from multiradar.api.http_server import HttpServer
+from multiradar.clock import FixedClock, SystemClock
 from multiradar.errors import ConfigurationError
 from multiradar.observability.metrics import HTTP_CONNECTIONS
 from multiradar.settings.limits import HttpLimits
-from support.access import KEYS, bearer, guarded_api
+from support.access import KEYS, authentication, bearer, guarded_api
 from support.fakes.fake_service import FakeService
 from support.processes import clients
 from support.processes.certificates import Authority
@@ -72,6 +76,22 @@ def test_a_certificate_counts_for_streams(secured: Secured) -> None:
     url = f"wss://127.0.0.1:{secured.port}/v1/stream"
     with clients.event_socket(url, ssl=secured.context("display")) as socket:
         socket.send("ends it")
+
+
+def test_a_stream_ends_with_its_certificate(secured: Secured) -> None:
+    clock = FixedClock(SystemClock().now_s())
+    application = guarded_api(FakeService(), authentication(clock=clock))
+    limits = HttpLimits(stream_heartbeat_s=0.1)
+    with serving(application, limits, secured.files) as port:
+        url = f"wss://127.0.0.1:{port}/v1/stream"
+        with clients.event_socket(url, ssl=secured.context("display")) as socket:
+            socket.recv(WAIT_TIMEOUT_S)
+            # It is valid for one day.
+            clock.advance(2.0 * 86_400.0)
+            with pytest.raises(ConnectionClosed) as closed:
+                deque(iter(partial(socket.recv, WAIT_TIMEOUT_S), None))
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.reason == "the credentials have expired or were revoked"
 
 
 def test_closed_connections_do_not_count(secured: Secured) -> None:

@@ -152,7 +152,12 @@ class Front:
             requests_max=32,
         )
         listed = tuple(
-            ClientSettings(name=name, role=role, sensors=own, key_sha256=key_digest(KEYS[name]))
+            ClientSettings(
+                name=name,
+                role=role,
+                key_sha256=key_digest(KEYS[name]),
+                **({"sensors": own} if own else {}),
+            )
             for name, (role, own) in CLIENTS.items()
         )
         sink = cast(OperatedSink, self.current)

@@ -1,12 +1,17 @@
 """Keys, the file of clients, and how it is read again."""
 
+from math import inf
 from pathlib import Path
 
 import pytest
 from structlog.testing import capture_logs
 
 from multiradar.access.attempts import RETAINED_MAX, WITHIN_S, WRONG_MAX, Attempts
-from multiradar.access.authentication import Authentication, with_default_file
+from multiradar.access.authentication import (
+    Authentication,
+    ClientCertificate,
+    with_default_file,
+)
 from multiradar.access.clients import add_client, key_digest, new_key, read_clients
 from multiradar.clock import FixedClock
 from multiradar.errors import ConfigurationError, RequestError
@@ -53,6 +58,7 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
         ('[[client]]\nname = "a b"\nrole = "feed"', "line 2"),
         ('[[client]]\nname = "a"\nrole = "admin"', "expected .*feed"),
         ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "to the role feed only"),
+        ('[[client]]\nname = "a"\nrole = "feed"\nsensors = []', "sensors: expected at least one"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
         ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, found a 2 times"),
@@ -93,6 +99,34 @@ def test_a_revoked_key_and_a_new_one_count_from_the_next_request_on(tmp_path: Pa
     ]
 
 
+def test_a_replaced_key_ends_what_the_old_one_began(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    stolen, new = new_key(), new_key()
+    add_client(file, client("screen", stolen))
+    found = authentication(file)
+    thief = found.caller(stolen, None)
+    certified = found.caller(None, ClientCertificate("screen", inf))
+    file.write_text(file.read_text().replace(key_digest(stolen), key_digest(new)))
+    assert not found.is_current(thief)
+    assert found.is_current(found.caller(new, None))
+    # The certificate is still valid.
+    assert found.is_current(certified)
+
+
+def test_a_certificate_ends() -> None:
+    clock = FixedClock()
+    found = authentication(clock=clock)
+    certificate = ClientCertificate("display", clock.now_s() + 10.0)
+    caller = found.caller(None, certificate)
+    clock.advance(9.0)
+    assert found.is_current(caller)
+    clock.advance(1.0)
+    assert not found.is_current(caller)
+    # Nor does a request on an open connection.
+    with pytest.raises(RequestError, match="not valid"):
+        found.caller(None, certificate)
+
+
 def test_a_file_that_cannot_be_read_changes_nothing_and_is_logged_once(tmp_path: Path) -> None:
     file = tmp_path / "keys.toml"
     key = new_key()
@@ -107,11 +141,11 @@ def test_a_file_that_cannot_be_read_changes_nothing_and_is_logged_once(tmp_path:
 
 def test_a_certificate_proves_a_name_and_a_wrong_key_is_not_replaced_by_it() -> None:
     found = authentication()
-    assert found.caller(None, "display").roles == {Role.DISPLAY}
+    assert found.caller(None, ClientCertificate("display", inf)).roles == {Role.DISPLAY}
     with pytest.raises(RequestError):
-        found.caller("mr_wrong", "display")
+        found.caller("mr_wrong", ClientCertificate("display", inf))
     with pytest.raises(RequestError):
-        found.caller(None, "stranger")
+        found.caller(None, ClientCertificate("stranger", inf))
 
 
 def test_keys_toml_is_used_if_there_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -54,14 +54,17 @@ def token(key: Any = _OURS, algorithm: str = "ES256", kid: str = "ours", **chang
 
 def test_a_token_gives_name_roles_and_sensors(found: Authentication) -> None:
     caller = found.caller(token(), None)
-    assert (caller.name, set(caller.roles), set(caller.sensors)) == (
+    assert (caller.name, set(caller.roles), caller.sensors) == (
         "jwt:alice",
         {Role.DISPLAY},
-        set(),
+        None,
     )
     bound = found.caller(token(_RSA, "RS256", "rsa", scope="feed", sensors=["26-10"]), None)
-    assert (set(bound.roles), set(bound.sensors)) == ({Role.FEED}, {"26-10"})
+    assert (bound.roles, bound.sensors) == (frozenset({Role.FEED}), frozenset({"26-10"}))
     assert not found.caller(token(scope=None), None).roles
+    # A list without sensors permits none; no list permits all.
+    assert found.caller(token(scope="feed", sensors=[]), None).sensors == frozenset()
+    assert found.caller(token(scope="feed"), None).sensors is None
 
 
 def encoded(content: bytes) -> str:
@@ -111,6 +114,24 @@ def signed_with_the_public_key() -> str:
 def test_other_tokens_are_rejected(found: Authentication, forged: Any) -> None:
     with pytest.raises(RequestError, match="not valid"):
         found.caller(forged(), None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"sub": "auth0|1"}, "sub: expected 1 to 64"),
+        ({"sub": "x@clients"}, "sub: expected 1 to 64"),
+        ({"sensors": "26-10"}, "sensors: expected a list of sensor names"),
+    ],
+)
+def test_a_claim_of_another_form_is_named(
+    found: Authentication, changes: dict[str, Any], reason: str
+) -> None:
+    with pytest.raises(RequestError, match="the token is not valid: " + reason):
+        found.caller(token(**changes), None)
+    # Only the issuer learns it.
+    with pytest.raises(RequestError, match="unknown, expired or revoked"):
+        found.caller(token(_STRANGER, **changes), None)
 
 
 def test_a_token_ends(tmp_path: Path, found: Authentication) -> None:

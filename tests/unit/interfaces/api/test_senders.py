@@ -10,6 +10,8 @@ from structlog.testing import capture_logs
 from multiradar.access.clients import key_digest
 from multiradar.clock import SystemClock
 from multiradar.errors import JournalError, JournalFullError
+from multiradar.ingest.bodies import decode
+from multiradar.ingest.bound_sensors import of_allowed_sensors
 from multiradar.observability.logs import configure_logs
 from multiradar.runtime.live.receipt import IDEMPOTENCY_KEY_LENGTH_MAX
 from support.access import KEYS, bearer, guarded_api
@@ -55,6 +57,17 @@ async def test_rows_of_other_sensors_are_rejected_with_code_and_count(
     assert '"sensor_id": "41-20"' in submission.rejected[0].raw
     (logged,) = [one for one in logs if one["event"] == "sensors_rejected"]
     assert (logged["origin"], logged["rows"]) == ("radar", 2)
+
+
+def test_a_sender_without_sensors_sends_for_none() -> None:
+    body = json.dumps([PLOT | {"sensor_id": "41-10"}]).encode()
+    decoded = decode("application/json", body, 10)
+    assert of_allowed_sensors(decoded, None) is decoded
+    none = of_allowed_sensors(decoded, frozenset())
+    assert len(none.frame) == 0
+    assert none.rejected[0].reason == (
+        "sensor_id: expected a sensor allowed for this sender (none), was 41-10"
+    )
 
 
 async def test_an_unbound_feed_sends_for_every_sensor(
