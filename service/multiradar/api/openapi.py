@@ -79,7 +79,7 @@ def _describe(document: dict[str, Any], required: bool) -> None:
                 _describe_parameter(parameter)
             schemas.update(_shared_schemas(operation))
             _secure(operation, required)
-            common = _ERROR_ANSWERS | (_BODY_ANSWERS if method == "post" else {})
+            common = _ERROR_ANSWERS | (_BODY_ANSWERS if method in ("post", "put") else {})
             _add_errors(operation["responses"], common, content)
 
 

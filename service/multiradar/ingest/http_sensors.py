@@ -1,5 +1,6 @@
 """Sensors that are added, changed, disabled and enabled over HTTP while the service runs."""
 
+import asyncio
 import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Any, Literal
@@ -21,6 +22,7 @@ from multiradar.ingest.http_requests import (
     idempotency_key,
     source_of,
 )
+from multiradar.runtime.admission.sensors_in_force import SensorPlan, sensor_change
 from multiradar.runtime.live.receipt import key_of_sender
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
@@ -37,6 +39,8 @@ SensorId = Annotated[
         pattern=SENSOR_ID_PATTERN, description="Name of the sensor", examples=["41-10"]
     ),
 ]  # fmt: skip
+# Of a duplicate nothing is known but its entry.
+_NO_PLAN = SensorPlan(b"", False, [], [], False)
 Choice = Literal["true", "false"]
 _DRY_RUN_TEXT = "`true`: dry run; return the changes without applying them"
 _RESET_TEXT = (
@@ -59,7 +63,15 @@ class SensorChanged(BaseModel):
     """The effect of a change of a sensor; sent when the change is in effect."""
 
     sensor_id: str = Field(examples=["41-10"])
-    applied: bool = Field(description="Whether the change was applied; false for a dry run")
+    applied: bool = Field(
+        description="Whether the change was applied; false for a dry run, or if nothing differs "
+        "and there is no Idempotency-Key"
+    )
+    duplicate: bool = Field(
+        description="A change with this Idempotency-Key was applied earlier, and "
+        "`journal_sequence` is its entry; this request changed nothing, and later changes remain "
+        "in effect"
+    )
     added: bool = Field(description="Whether the sensor is new")
     changes: list[ChangedField] = Field(description="Changed fields; empty if there are none")
     biases_reset: list[str] = Field(
@@ -117,27 +129,40 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         caller: Caller = request.state.caller
         key = key_of_sender(caller.name, idempotency_key(request))
         values = _description(request, await body_of(request))
+        reset = reset_biases == "true"
+        # In the same thread, so that a change and its retry come one after the other.
+        loop, kept = asyncio.get_running_loop(), key if dry_run == "false" else None
         try:
-            plan = sink.plan_sensor(sensor_id, values, reset_biases=reset_biases == "true")
-            answer = {
-                "sensor_id": sensor_id, "applied": False, **plan._asdict(),
-                "journal_sequence": None,
-            }  # fmt: skip
-            del answer["change"]
-            if plan.change and dry_run == "false":
+            plan = _NO_PLAN
+            # A retry is compared with its first message, not with the sensors of now.
+            if kept is None or not await loop.run_in_executor(threads, sink.has_message, kept):
+                plan = sink.plan_sensor(sensor_id, values, reset_biases=reset)
+            receipt = None
+            # With a key also if nothing differs: otherwise a late retry would undo a later change.
+            if dry_run == "false" and (plan.change or key is not None):
+                change = sensor_change(sensor_id, values, reset_biases=reset)
                 receipt = await acknowledged(
                     lambda: sink.change_sensor(
-                        plan.change, source=source_of(caller), idempotency_key=key
+                        change, source=source_of(caller), idempotency_key=key
                     ),
                     ENGINE_LATE, threads, acknowledge_deadline_s,
                 )  # fmt: skip
-                SECURITY_LOG.info(
-                    "sensor_changed", client=caller.name, sensor_id=sensor_id,
-                    fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
-                )  # fmt: skip
-                answer |= {"applied": True, "journal_sequence": receipt.journal_sequence}
         except ConfigurationError as error:
             raise RequestError(422, "SENSOR_INVALID", str(error)) from error
+        duplicate = receipt is not None and receipt.duplicate
+        if receipt is not None and not duplicate:
+            SECURITY_LOG.info(
+                "sensor_changed", client=caller.name, sensor_id=sensor_id,
+                fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
+            )  # fmt: skip
+        answer = {
+            "sensor_id": sensor_id,
+            "applied": receipt is not None,
+            "duplicate": duplicate,
+            **(_NO_PLAN if duplicate else plan)._asdict(),
+            "journal_sequence": None if receipt is None else receipt.journal_sequence,
+        }
+        del answer["change"]
         return Response(json.dumps(answer), media_type="application/json")
 
     return router

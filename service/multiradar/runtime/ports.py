@@ -338,6 +338,10 @@ class OperatedSink(MeasurementSink, Protocol):
         """
         ...
 
+    def has_message(self, idempotency_key: str) -> bool:
+        """Return whether the journal has a message with this key; it is then a duplicate."""
+        ...
+
     def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
         """Return the given values of a sensor, as in the sensors file; None for no such sensor."""
         ...
@@ -364,7 +368,7 @@ class OperatedSink(MeasurementSink, Protocol):
         Parameters
         ----------
         change : bytes
-            That of a plan.
+            That of `sensor_change`, after a plan.
         source, idempotency_key
             As for `flush`.
 

@@ -337,8 +337,15 @@ class FakeService:
     def change_sensor(
         self, change: bytes, *, source: str, idempotency_key: str | None = None
     ) -> "Future[Receipt]":
+        future: Future[Receipt] = Future()
+        keys = [key for _, key in self.sensor_changes]
+        if idempotency_key is not None and idempotency_key in keys:
+            future.set_result(Receipt(0, (), True, keys.index(idempotency_key) + 1))
+            return future
         self.sensors, _ = self.sensors.changed(change)
         self.sensor_changes.append((source, idempotency_key))
-        future: Future[Receipt] = Future()
         future.set_result(Receipt(0, (), False, len(self.sensor_changes)))
         return future
+
+    def has_message(self, idempotency_key: str) -> bool:
+        return idempotency_key in [key for _, key in self.sensor_changes]

@@ -90,7 +90,7 @@ class SensorsInForce:
             raise ConfigurationError(
                 f"id: expected {sensor_id}, the sensor in the URL, was {given!r:.80}"
             )
-        document = {_SENSOR: {**values, "id": sensor_id}, _RESET: reset_biases}
+        document = _document(sensor_id, values, reset_biases)
         new, change = self._changed(document)
         row = new.table.ids.index(sensor_id)
         before, after, names = self._difference(new, row, values)
@@ -189,6 +189,25 @@ def _described(sensors: SensorsInForce, row: int) -> dict[str, Any]:
     return sensors.file.sensor[row].model_dump(mode="json")
 
 
+def sensor_change(sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool) -> bytes:
+    """Return the change of the journal after which a sensor is as described.
+
+    Parameters
+    ----------
+    sensor_id, values, reset_biases
+        See `SensorsInForce.plan`.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not finite.
+    """
+    try:
+        return _encoded(_document(sensor_id, values, reset_biases))
+    except ValueError as error:
+        raise ConfigurationError("expected finite numbers") from error
+
+
 def changed_sensor(change: bytes) -> str:
     """Return the sensor of a change of the journal."""
     return str(json.loads(change)[_SENSOR]["id"])
@@ -198,6 +217,10 @@ def change_to(sensor: Sensor) -> bytes:
     """Return the change after which a sensor is as described."""
     values = sensor.model_dump(mode="json", exclude_unset=True)
     return _encoded({_SENSOR: values, _RESET: False})
+
+
+def _document(sensor_id: str, values: Mapping[str, Any], reset_biases: bool) -> dict[str, Any]:
+    return {_SENSOR: {**values, "id": sensor_id}, _RESET: reset_biases}
 
 
 def _encoded(document: Mapping[str, Any]) -> bytes:

@@ -1,11 +1,15 @@
 """What the sensors need to have before an engine can use them."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -50,6 +54,40 @@ def require_usable(
     return find_filter_for(
         tracking.filter_name, sensors.parameter_kind, delays=bool(sensors.delayed.any())
     )
+
+
+def plan_usable(
+    present: SensorsInForce,
+    tracking: TrackingSettings,
+    plane: SystemPlane,
+    sensor_id: str,
+    values: Mapping[str, Any],
+    *,
+    reset: bool,
+) -> SensorPlan:
+    """Return what a change of a sensor would do, if the filter can use the sensors after it.
+
+    Parameters
+    ----------
+    present : SensorsInForce
+        The sensors before it.
+    tracking : TrackingSettings
+        Settings of the tracker.
+    plane : SystemPlane
+        The system plane.
+    sensor_id, values, reset
+        See `SensorsInForce.plan`.
+
+    Raises
+    ------
+    ConfigurationError
+        As `SensorsInForce.plan` and `require_usable`.
+    """
+    plan = present.plan(sensor_id, values, reset_biases=reset)
+    if plan.change:
+        changed, _ = present.changed(plan.change)
+        require_usable(changed.table, tracking, plane)
+    return plan
 
 
 def require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:

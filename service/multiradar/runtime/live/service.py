@@ -20,7 +20,7 @@ from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
-from multiradar.runtime.engine.prerequisites import plane_for, require_usable
+from multiradar.runtime.engine.prerequisites import plan_usable, plane_for
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.alarms.supervision import Supervision
@@ -319,12 +319,8 @@ class Service:
         """Return what a change of a sensor would do; see `OperatedSink.plan_sensor`."""
         if self._writer is None:
             raise not_running(self._state, self.start_step)
-        present = self._writer.sensors
-        plan = present.plan(sensor_id, values, reset_biases=reset_biases)
-        if plan.change:
-            changed, _ = present.changed(plan.change)
-            require_usable(changed.table, self._tracking, plane_for(self._sensors.table))
-        return plan
+        present, plane = self._writer.sensors, plane_for(self._sensors.table)
+        return plan_usable(present, self._tracking, plane, sensor_id, values, reset=reset_biases)
 
     def change_sensor(
         self, change: bytes, *, source: str, idempotency_key: str | None = None
@@ -336,6 +332,10 @@ class Service:
         """Submit the message of a neighbouring region; see `HandoverSink.hand_over`."""
         received_s = self._watch.host_clock.received_s
         return self._put(Submission.mark(EntryKind.HANDOVER, source, received_s, change=message))
+
+    def has_message(self, idempotency_key: str) -> bool:
+        """Return whether a message is in the journal; see `OperatedSink.has_message`."""
+        return self._journal is not None and self._journal.find(idempotency_key) is not None
 
     def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
         """Return the description of a sensor; see `OperatedSink.describe_sensor`."""

@@ -74,6 +74,12 @@ def test_every_rejection_is_a_problem_document(document: dict[str, Any]) -> None
                 assert schema["$ref"].endswith("/Problem")
 
 
+def test_every_operation_with_a_body_names_its_rejections(document: dict[str, Any]) -> None:
+    for operation in _operations(document):
+        if "requestBody" in operation:
+            assert {"403", "408", "413"} <= operation["responses"].keys()
+
+
 def test_the_fields_of_a_track_carry_their_units(document: dict[str, Any]) -> None:
     properties = document["components"]["schemas"]["Track"]["properties"]
     assert properties["speed_mps"]["unit"] == "m/s"

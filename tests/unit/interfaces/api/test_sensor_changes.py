@@ -48,6 +48,36 @@ async def test_a_description_is_read_changed_tried_and_sent_back(
     assert [one["fields"] for one in logged] == [["range_sigma_m", "enabled"]]
 
 
+async def test_a_late_retry_is_a_duplicate_and_leaves_the_later_change(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    described = await _described(client)
+
+    async def put(range_sigma_m: float, key: str) -> dict[str, Any]:
+        values = described | {"range_sigma_m": range_sigma_m}
+        answer = await client.put(_OWN, json=values, headers={"idempotency-key": key})
+        assert answer.status_code == 200
+        document: dict[str, Any] = answer.json()
+        return document
+
+    first = await put(60.0, "one")
+    assert (first["applied"], first["duplicate"], first["journal_sequence"]) == (True, False, 1)
+    # Also where it is in force, as after an answer that was lost.
+    with capture_logs() as logs:
+        for _ in range(2):
+            again = await put(60.0, "one")
+            assert (again["applied"], again["duplicate"]) == (True, True)
+            assert (again["changes"], again["journal_sequence"]) == ([], 1)
+            assert (await put(70.0, "two"))["journal_sequence"] == 2
+    assert (await _described(client))["range_sigma_m"] == 70.0
+    # One that changed nothing does not undo a later one either.
+    assert (await put(70.0, "three"))["journal_sequence"] == 3
+    await put(80.0, "four")
+    assert (await put(70.0, "three"))["duplicate"]
+    assert (await _described(client))["range_sigma_m"] == 80.0
+    assert len([one for one in logs if one["event"] == "sensor_changed"]) == 1
+
+
 async def test_a_moved_radar_and_one_that_is_named_start_from_the_priors(
     client: httpx.AsyncClient,
 ) -> None:

@@ -2,15 +2,22 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.errors import ConfigurationError, JournalFullError, PipelineError
+from multiradar.errors import (
+    ConfigurationError,
+    IdempotencyConflictError,
+    JournalFullError,
+    PipelineError,
+)
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink
+from multiradar.runtime.admission.sensors_in_force import sensor_change
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.output_feed import OutputFeed
@@ -207,6 +214,24 @@ def test_a_change_of_the_moment_before_is_respected(run: _Run) -> None:
     with pytest.raises(ConfigurationError, match="two sensors are named west"):
         late.result(WAIT_TIMEOUT_S)
     assert settled(run.service)["journal_sequence"] == 1
+
+
+def test_a_change_with_the_key_of_an_earlier_one_changes_nothing(run: _Run) -> None:
+    known = run.service.describe_sensor("41-10") or {}
+    first, other = (
+        sensor_change("41-10", known | {"range_sigma_m": sigma_m}, reset_biases=False)
+        for sigma_m in (60.0, 70.0)
+    )
+    assert not run.service.has_message("one")
+    made = run.service.change_sensor(first, source="a", idempotency_key="one")
+    run.service.change_sensor(other, source="a", idempotency_key="two").result(WAIT_TIMEOUT_S)
+    assert run.service.has_message("one")
+    again = run.service.change_sensor(first, source="a", idempotency_key="one")
+    assert again.result(WAIT_TIMEOUT_S) == replace(made.result(WAIT_TIMEOUT_S), duplicate=True)
+    assert (run.service.describe_sensor("41-10") or {})["range_sigma_m"] == 70.0
+    reused = run.service.change_sensor(other, source="a", idempotency_key="one")
+    with pytest.raises(IdempotencyConflictError):
+        reused.result(WAIT_TIMEOUT_S)
 
 
 def test_what_the_engine_could_not_use_is_rejected_before(run: _Run) -> None:
