@@ -96,6 +96,14 @@ Since = Annotated[
     ),
     AsTime,
 ]
+Until = Annotated[
+    float | None,
+    time_query(
+        "Return the last rows at or before this data time instead of the first ones; not together "
+        "with `cursor`"
+    ),
+    AsTime,
+]
 At = Annotated[
     float | None,
     time_query("A past data time: seconds, or ISO 8601 with Z or an offset"),

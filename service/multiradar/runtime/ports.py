@@ -152,9 +152,14 @@ class View(Protocol):
         ...
 
     def rows(
-        self, history: History, subject: int | str, since_s: float | None, limit: int
+        self,
+        history: History,
+        subject: int | str,
+        since_s: float | None,
+        limit: int,
+        until_s: float | None = None,
     ) -> pl.DataFrame:
-        """Return rows of a track or a sensor, oldest first."""
+        """Return rows of a track or a sensor, oldest first: the first since a time, or the last."""
         ...
 
     def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:

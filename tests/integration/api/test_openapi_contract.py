@@ -171,7 +171,9 @@ def _unusable(path: str, query: Mapping[str, Any]) -> tuple[str, ...]:
     if path == "/v1/picture":
         return ("after",) if "at" in query else ("since", "layer")
     if path.endswith("/bias") and query.get("history") != "true":
-        return ("since", "cursor")
+        return ("since", "until", "cursor")
+    if "until" in query:
+        return ("cursor",)
     # A short step to a far horizon is too many points.
     return ("step_s",) if path.endswith("/forecast") else ()
 

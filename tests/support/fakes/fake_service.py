@@ -1,5 +1,6 @@
 """A fake service without journal and engine, for tests of the HTTP side."""
 
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
@@ -133,7 +134,12 @@ class FakeView:
         return rows.row(0, named=True) if len(rows) else None
 
     def rows(
-        self, history: History, subject: int | str, since_s: float | None, limit: int
+        self,
+        history: History,
+        subject: int | str,
+        since_s: float | None,
+        limit: int,
+        until_s: float | None = None,
     ) -> pl.DataFrame:
         if history is BIASES:
             rows = self.biases.filter(pl.col("sensor_id") == subject)
@@ -141,6 +147,9 @@ class FakeView:
             rows = self.updates.get(int(subject), self.live.drop("age_s").clear())
         else:
             rows = self.steps.get(int(subject), pl.DataFrame(schema=TRANSITION_SCHEMA))
+        if until_s is not None:
+            begin_s = -math.inf if since_s is None else since_s
+            return rows.filter(pl.col("time_s").is_between(begin_s, until_s)).tail(limit)
         if since_s is None:
             return rows.tail(limit)
         return rows.filter(pl.col("time_s") >= since_s).head(limit)

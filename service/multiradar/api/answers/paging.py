@@ -71,6 +71,36 @@ def page_by_time(
     return page, _encode(_MOMENT.pack(b"m", last_s, given))
 
 
+def page_until(
+    read: Callable[[float | None, int, float], pl.DataFrame], since: float | None,
+    cursor: str | None, limit: int, until: float,
+) -> pl.DataFrame:  # fmt: skip
+    """Return the last page of a table ordered by time, up to a time.
+
+    Parameters
+    ----------
+    read : callable
+        Arguments: data time or None, s, limit, and the second data time, s. Returns the last rows
+        from the first time up to the second, oldest first.
+    since : float or None
+        Rows from this data time on; None: all.
+    cursor : str or None
+        Cursor of another page.
+    limit : int
+        Maximum rows in the page.
+    until : float
+        Data time of the last row.
+
+    Raises
+    ------
+    RequestError
+        422 with a cursor: there is no next page.
+    """
+    if cursor is not None:
+        raise parameter_error({"cursor": "not allowed together with until"})
+    return read(since, limit, until)
+
+
 def _read_moment_cursor(cursor: str) -> tuple[float, int]:
     time_s, skipped = _decode(cursor, _MOMENT, b"m")
     if not (abs(time_s) < TIME_MAX_S and 0 <= skipped <= _SKIPPED_MAX):

@@ -1,7 +1,7 @@
 """Routes of sensors and their biases."""
 
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
@@ -11,9 +11,9 @@ from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
-from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time
+from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time, page_until
 from multiradar.api.answers.tables import json_response
-from multiradar.api.query import AsInteger, At, SensorId, Since, TimeCursor
+from multiradar.api.query import AsInteger, At, SensorId, Since, TimeCursor, Until
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import View
 from multiradar.runtime.queries.registry import BIASES
@@ -56,15 +56,16 @@ async def get_bias(
     *,
     history: History = "false",
     since: Since = None,
+    until: Until = None,
     limit: HistoryLimit = 1000,
     cursor: TimeCursor = None,
 ) -> Response:
     """Return the bias estimates of a sensor, each with its standard deviation."""
     if history == "true":
         return await access.queries.run(
-            "history", _history, access, sensor_id, since, limit, cursor
+            "history", _history, access, sensor_id, _Asked(since, until, cursor, limit)
         )
-    given = {"since": since, "cursor": cursor}
+    given = {"since": since, "until": until, "cursor": cursor}
     unused = [name for name, value in given.items() if value is not None]
     if unused:
         raise parameter_error(dict.fromkeys(unused, "allowed only together with history=true"))
@@ -77,13 +78,22 @@ def _latest(access: Access, sensor_id: str) -> Response:
     return json_response({**head, "biases": biases})
 
 
-def _history(
-    access: Access, sensor_id: str, since: float | None, limit: int, cursor: str | None
-) -> Response:
+class _Asked(NamedTuple):
+    # Parameters of a request for biases by time.
+    since: float | None
+    until: float | None
+    cursor: str | None
+    limit: int
+
+
+def _history(access: Access, sensor_id: str, asked: _Asked) -> Response:
     _sensor(access.view, sensor_id)
     read = partial(access.view.rows, BIASES, sensor_id)
-    rows = min(limit, access.view.page_rows_max)
-    page, following = page_by_time(read, since, cursor, rows)
+    rows = min(asked.limit, access.view.page_rows_max)
+    if asked.until is None:
+        page, following = page_by_time(read, asked.since, asked.cursor, rows)
+    else:
+        page, following = page_until(read, asked.since, asked.cursor, rows, asked.until), None
     head = {"count": page.height, "next_cursor": following, "sensor_id": sensor_id}
     body = encoding.envelope(head, "biases", encoding.rows(page))
     return Response(body, media_type=encoding.JSON)

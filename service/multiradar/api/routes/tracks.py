@@ -20,6 +20,7 @@ from multiradar.api.answers.documents import (
 from multiradar.api.answers.paging import (
     HISTORY_ROWS_MAX,
     page_by_time,
+    page_until,
     read_track_cursor,
     track_cursor,
 )
@@ -38,6 +39,7 @@ from multiradar.api.query import (
     TimeCursor,
     TrackCursor,
     TrackId,
+    Until,
     list_form,
 )
 from multiradar.api.routes.queries import track_not_found
@@ -142,12 +144,14 @@ async def get_history(
     access: Granted,
     *,
     since: Since = None,
+    until: Until = None,
     limit: HistoryLimit = 1000,
     cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
     """Return the retained updates of a track, oldest first, even after the track was dropped."""
-    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
+    form = chosen_form(request, format_, ("json", "arrow"))
+    asked = _Asked(track_id, since, until, cursor, limit, form)
     return await access.queries.run(
         "history", _table_of_track, request, access.view, UPDATES, asked
     )
@@ -162,12 +166,14 @@ async def get_transitions(
     access: Granted,
     *,
     since: Since = None,
+    until: Until = None,
     limit: HistoryLimit = 1000,
     cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
     """Return the state transitions of a track, with reasons, even after the track was dropped."""
-    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
+    form = chosen_form(request, format_, ("json", "arrow"))
+    asked = _Asked(track_id, since, until, cursor, limit, form)
     return await access.queries.run(
         "history", _table_of_track, request, access.view, TRANSITIONS, asked
     )
@@ -200,6 +206,7 @@ class _Asked(NamedTuple):
     # Parameters of a request for a table of a track by time.
     track_id: int
     since: float | None
+    until: float | None
     cursor: str | None
     limit: int
     form: str
@@ -208,13 +215,16 @@ class _Asked(NamedTuple):
 def _table_of_track(request: Request, view: View, history: History, asked: _Asked) -> Response:
     rows = min(asked.limit, view.page_rows_max)
     read = partial(view.rows, history, asked.track_id)
-    page, following = page_by_time(read, asked.since, asked.cursor, rows)
+    if asked.until is None:
+        page, following = page_by_time(read, asked.since, asked.cursor, rows)
+    else:
+        page, following = page_until(read, asked.since, asked.cursor, rows, asked.until), None
     _check_known(view, asked.track_id, page)
     return table_response(request, page, history.name, asked.form, following)
 
 
 def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
-    # A page may be empty because of `since`, or because the track is unknown.
+    # A page may be empty because of `since` or `until`, or because the track is unknown.
     if not page.is_empty() or view.track(track_id) is not None:
         return
     if all(view.rows(one, track_id, None, 1).is_empty() for one in (UPDATES, TRANSITIONS)):

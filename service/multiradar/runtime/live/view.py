@@ -144,7 +144,12 @@ class LiveView:
         return query.ask(moment, track_id, given)
 
     def rows(
-        self, history: History, subject: int | str, since_s: float | None, limit: int
+        self,
+        history: History,
+        subject: int | str,
+        since_s: float | None,
+        limit: int,
+        until_s: float | None = None,
     ) -> pl.DataFrame:
         """Return rows of a track or a sensor, oldest first.
 
@@ -158,20 +163,30 @@ class LiveView:
             A data time: the first rows from then on. None: the last rows.
         limit : int
             Maximum number of rows; fewer mean that there are no more.
+        until_s : float or None
+            A data time: the last rows until then, from `since_s` on.
         """
-        files = self._picture.history
-        if files is None or since_s is None:
-            return history.read(self._known, subject, since_s, limit)
+        known, files = self._known, self._picture.history
+        if files is None or (since_s is None and until_s is None):
+            return history.read(known, subject, since_s, limit, until_s)
+        begin_s = -np.inf if since_s is None else since_s
         # Files from before a track was initiated have none of its rows.
-        started_s = None if isinstance(subject, str) else self._known.past.started_s(subject)
+        started_s = None if isinstance(subject, str) else known.past.started_s(subject)
         if started_s is not None:
-            since_s = max(since_s, started_s - DISORDER_S)
-        from_s = self._known.past.complete_from_s(history.name) + DISORDER_S
-        if since_s >= from_s:
-            return history.read(self._known, subject, since_s, limit)
-        older = files.rows(history.name, subject, since_s, from_s, limit)
-        newer = history.read(self._known, subject, from_s, limit)
-        return newer if older.is_empty() else pl.concat([older, newer]).head(limit)
+            begin_s = max(begin_s, started_s - DISORDER_S)
+        from_s = known.past.complete_from_s(history.name) + DISORDER_S
+        if begin_s >= from_s:
+            return history.read(known, subject, since_s, limit, until_s)
+        newer = history.read(known, subject, from_s, limit, until_s)
+        if until_s is None:
+            older = files.rows(history.name, subject, begin_s, from_s, limit)
+            return newer if older.is_empty() else pl.concat([older, newer]).head(limit)
+        if len(newer) == limit:
+            return newer
+        before_s = min(from_s, float(np.nextafter(until_s, np.inf)))
+        missing = limit - len(newer)
+        older = files.rows(history.name, subject, begin_s, before_s, missing, last=True)
+        return newer if older.is_empty() else pl.concat([older, newer])
 
     def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.

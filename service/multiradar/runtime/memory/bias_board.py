@@ -95,15 +95,22 @@ class BiasBoard:
             found = self._at(time_s, newest)
         return found
 
-    def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
-        """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
+    def history(
+        self, sensor_id: str, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> NDArray[np.void]:
+        """Return records of a sensor, oldest first; a copy.
+
+        The first ones since a time, or the last ones; with `until_s` the last ones up to that time.
+        """
         rows: NDArray[np.void] = self.ring.last(self.ring.capacity)
         rows = rows[rows["sensor"] == self._sensor.get(sensor_id, -1)]
-        if since_s is None:
+        if since_s is None and until_s is None:
             return rows[-limit:]
         # The data time may have been set back.
         rows = rows[np.argsort(rows["time_s"], kind="stable")]
-        return rows[rows["time_s"] >= since_s][:limit]
+        if since_s is not None:
+            rows = rows[rows["time_s"] >= since_s]
+        return rows[:limit] if until_s is None else rows[rows["time_s"] <= until_s][-limit:]
 
     def _at(self, time_s: float, newest: int) -> NDArray[np.void]:
         """Return the result of `at` from the newest rows alone."""

@@ -129,6 +129,32 @@ class TrackHistory(RowRing):
         intact: NDArray[np.void] = rows[(numbers >= self.oldest) & (rows["track_id"] == track_id)]
         return intact
 
+    def read_until(
+        self, track_id: int, since_s: float | None, until_s: float, limit: int
+    ) -> NDArray[np.void]:
+        """Return the last rows of a track in a span of time, oldest first.
+
+        Parameters
+        ----------
+        track_id : int
+            The track, live or dropped.
+        since_s : float or None
+            Rows not earlier than that; None: all.
+        until_s : float
+            Rows not later than that.
+        limit : int
+            Maximum number of rows.
+
+        Returns
+        -------
+        (n,) ndarray of the type of the rows
+            A copy.
+        """
+        begin_s = -np.inf if since_s is None else since_s
+        rows = self.read(track_id, begin_s, len(self._rows))
+        last: NDArray[np.void] = rows[rows["time_s"] <= until_s][-limit:]
+        return last
+
     def after(self, number: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the newest rows of all tracks after a number, in the order of appending.
 

@@ -18,7 +18,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.plot_rows import POINTS_MAX, measurement_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.health_board import HealthBoard
-from multiradar.runtime.memory.history import update_rows_frame, with_spread
+from multiradar.runtime.memory.history import TrackHistory, update_rows_frame, with_spread
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
 from multiradar.runtime.memory.past_rows import PastRows
 from multiradar.runtime.memory.sensor_board import SensorBoard
@@ -269,20 +269,26 @@ class Knowledge:
         with self._lock:
             return self._biases.latest()
 
-    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+    def history(
+        self, track_id: int, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return updates of a track, live or dropped, as rows of `tracks.parquet`."""
-        rows = self.past.updates.read(track_id, since_s, limit)
+        rows = _rows_of_track(self.past.updates, track_id, since_s, limit, until_s)
         return update_rows_frame(rows, self.sensors)
 
-    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+    def transitions(
+        self, track_id: int, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return transitions of a track, live or dropped, as rows of `transitions.parquet`."""
-        rows = self.past.transitions.read(track_id, since_s, limit)
+        rows = _rows_of_track(self.past.transitions, track_id, since_s, limit, until_s)
         return wire.transitions_frame(table_of(TrackTransitions, rows))
 
-    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+    def bias_history(
+        self, sensor_id: str, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return bias estimates of a sensor by epoch, as rows of `biases.parquet`."""
         with self._lock:
-            rows = self._biases.history(sensor_id, since_s, limit)
+            rows = self._biases.history(sensor_id, since_s, limit, until_s)
         return bias_rows_frame(rows, self.sensors)
 
     def sensor_records(self) -> list[dict[str, Any]]:
@@ -432,3 +438,11 @@ class Knowledge:
         return frame.with_columns(
             pl.Series("age_s", age_s, pl.Float64), reception_age_s=pl.lit(None, pl.Float64)
         )
+
+
+def _rows_of_track(
+    held: TrackHistory, track_id: int, since_s: float | None, limit: int, until_s: float | None
+) -> NDArray[np.void]:
+    if until_s is None:
+        return held.read(track_id, since_s, limit)
+    return held.read_until(track_id, since_s, until_s, limit)

@@ -128,9 +128,16 @@ class PastFiles(Protocol):
         ...
 
     def rows(
-        self, name: str, subject: int | str, since_s: float, before_s: float, limit: int
+        self,
+        name: str,
+        subject: int | str,
+        since_s: float,
+        before_s: float,
+        limit: int,
+        *,
+        last: bool = False,
     ) -> pl.DataFrame:
-        """Return the first rows of a track or a sensor in a span of time, oldest first.
+        """Return the first or last rows of a track or a sensor in a span of time, oldest first.
 
         Parameters
         ----------
@@ -142,6 +149,8 @@ class PastFiles(Protocol):
             Rows not earlier than the first and earlier than the second.
         limit : int
             Maximum number of rows.
+        last : bool
+            Whether the last ones are returned, instead of the first.
         """
         ...
 

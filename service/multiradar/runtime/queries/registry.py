@@ -157,12 +157,13 @@ class History:
     name : str
         The member of the answer with its rows.
     read : callable
-        Called with the present data, the subject, a data time or None, and a number of rows.
-        Returns the first rows from that time on, or the last; fewer when there are no more.
+        Called with the present data, the subject, a data time or None, a number of rows, and a
+        second data time or None. Returns the first rows from the first time on, or the last, with
+        the second time the last until then; fewer when there are no more.
     """
 
     name: str
-    read: Callable[[Knowledge, Any, float | None, int], pl.DataFrame]
+    read: Callable[[Knowledge, Any, float | None, int, float | None], pl.DataFrame]
 
 
 UPDATES = History("updates", Knowledge.history)

@@ -28,6 +28,7 @@ from multiradar.runtime.recorded.history_files import (
 )
 from multiradar.runtime.recorded.run import RecordedRun, RunFiles
 from multiradar.storage.recording import MEASUREMENTS_FILE
+from multiradar_schemas.measurements.measurement import TIME_MAX_S
 from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA
@@ -107,9 +108,16 @@ class HistoryReader:
         return run
 
     def rows(
-        self, name: str, subject: int | str, since_s: float, before_s: float, limit: int
+        self,
+        name: str,
+        subject: int | str,
+        since_s: float,
+        before_s: float,
+        limit: int,
+        *,
+        last: bool = False,
     ) -> pl.DataFrame:
-        """Return the first rows of a track or a sensor in a span of time; see `PastFiles.rows`.
+        """Return the first or last rows of a track or a sensor in a span; see `PastFiles.rows`.
 
         Raises
         ------
@@ -119,7 +127,8 @@ class HistoryReader:
         table = _TABLES[name]
         found = pl.DataFrame(schema=table.schema)
         # Part by part, so that a page of a long time does not read all of them.
-        for path in parts_between(self._folder, table.file, since_s, before_s):
+        paths = parts_between(self._folder, table.file, max(since_s, -TIME_MAX_S), before_s)
+        for path in reversed(paths) if last else paths:
             check_deadline()
             rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
                 table.file, table.schema.names()
@@ -130,10 +139,11 @@ class HistoryReader:
                 pl.col("time_s") >= since_s,
                 pl.col("time_s") < before_s,
             )
-            found = pl.concat([found, own.collect().cast(table.schema)])
+            own_rows = own.collect().cast(table.schema)
+            found = pl.concat([own_rows, found] if last else [found, own_rows])
             if len(found) >= limit:
                 break
-        return found.head(limit)
+        return found.tail(limit) if last else found.head(limit)
 
 
 class _Table(NamedTuple):

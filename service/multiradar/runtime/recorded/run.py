@@ -243,11 +243,15 @@ class RecordedRun:
         rows = counted.collect()
         return {name: (count, last_s) for name, count, last_s in rows.iter_rows()}
 
-    def updates(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+    def updates(
+        self, track_id: int, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return updates of a track, as rows of `tracks.parquet`: the first since a time, or last.
 
-        Columns that the file lacks are null.
+        With `until_s` the last ones up to that time. Columns that the file lacks are null.
         """
+        if until_s is not None:
+            return self._last_updates(track_id, since_s, limit, until_s)
         first_s, last_s = self._tracks.span_s
         whole = self._tracks.between(-np.inf, -np.inf).clear()
         parts: list[pl.DataFrame] = []
@@ -267,19 +271,37 @@ class RecordedRun:
         found = pl.concat([whole, *(parts[::-1] if backwards else parts)])
         return found.tail(limit) if backwards else found.head(limit)
 
-    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+    def _last_updates(
+        self, track_id: int, since_s: float | None, limit: int, until_s: float
+    ) -> pl.DataFrame:
+        first_s, last_s = self._tracks.span_s
+        parts = [self._tracks.between(-np.inf, -np.inf).clear()]
+        begin_s = np.nextafter(first_s if since_s is None else max(since_s, first_s), -np.inf)
+        end_s, count = min(until_s, last_s), 0
+        while count < limit and end_s > begin_s:
+            start_s = max(end_s - _HISTORY_SPAN_S, begin_s)
+            rows = self._tracks.between(start_s, end_s)
+            parts.append(rows.filter(pl.col("track_id") == track_id))
+            count, end_s = count + len(parts[-1]), start_s
+        return pl.concat(parts[::-1]).tail(limit)
+
+    def bias_history(
+        self, sensor_id: str, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return rows of `biases.parquet` of a sensor: the first since a time, or the last."""
         rows = self.files.scan(BIASES_FILE, list(BIAS_SCHEMA))
         if rows is None:
             return pl.DataFrame(schema=BIAS_SCHEMA)
-        return _page(rows.filter(pl.col("sensor_id") == sensor_id), since_s, limit)
+        return _page(rows.filter(pl.col("sensor_id") == sensor_id), since_s, limit, until_s)
 
-    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+    def transitions(
+        self, track_id: int, since_s: float | None, limit: int, until_s: float | None = None
+    ) -> pl.DataFrame:
         """Return rows of `transitions.parquet` of a track: the first since a time, or the last."""
         rows = self.files.scan(TRANSITIONS_FILE, list(TRANSITION_SCHEMA))
         if rows is None:
             return pl.DataFrame(schema=TRANSITION_SCHEMA)
-        return _page(rows.filter(pl.col("track_id") == track_id), since_s, limit)
+        return _page(rows.filter(pl.col("track_id") == track_id), since_s, limit, until_s)
 
     def _read_ended(self) -> tuple[NDArray[np.int64], Floats]:
         scan = self.files.scan(TRANSITIONS_FILE, ["time_s", "track_id", "transition"])
@@ -289,10 +311,15 @@ class RecordedRun:
         return rows["track_id"].to_numpy(), rows["time_s"].to_numpy()
 
 
-def _page(rows: pl.LazyFrame, since_s: float | None, limit: int) -> pl.DataFrame:
-    if since_s is None:
-        return rows.tail(limit).collect()
-    return rows.filter(pl.col("time_s") >= since_s).head(limit).collect()
+def _page(
+    rows: pl.LazyFrame, since_s: float | None, limit: int, until_s: float | None
+) -> pl.DataFrame:
+    if since_s is not None:
+        rows = rows.filter(pl.col("time_s") >= since_s)
+    if until_s is not None:
+        rows = rows.filter(pl.col("time_s") <= until_s)
+    last = since_s is None or until_s is not None
+    return (rows.tail(limit) if last else rows.head(limit)).collect()
 
 
 def _report(path: Path) -> dict[str, Any]:

@@ -82,14 +82,19 @@ class RecordedView:
         raise _not_recorded(query.name)
 
     def rows(
-        self, history: History, subject: int | str, since_s: float | None, limit: int
+        self,
+        history: History,
+        subject: int | str,
+        since_s: float | None,
+        limit: int,
+        until_s: float | None = None,
     ) -> pl.DataFrame:
         """Return rows of a track or a sensor, oldest first."""
         run = self._runs[0]
         if history is BIASES:
-            return run.bias_history(str(subject), since_s, limit)
+            return run.bias_history(str(subject), since_s, limit, until_s)
         read = run.updates if history is UPDATES else run.transitions
-        return read(int(subject), since_s, limit)
+        return read(int(subject), since_s, limit, until_s)
 
     def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
         """Return the sensors at a time or, None, at the end of the run; see `LiveView.sensors`.

@@ -170,3 +170,13 @@ async def test_the_history_of_biases_begins_at_since(
     service.view.biases = _biases(5)
     answer = await client.get("/v1/sensors/41-10/bias?history=true&since=30")
     assert [row["epoch"] for row in answer.json()["biases"]] == [3, 3, 4, 4]
+
+
+async def test_with_until_biases_are_the_last_ones_up_to_it(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.biases = _biases(5)
+    for asked, expected in (("until=30", [2, 2, 3, 3]), ("until=39&since=30", [3, 3])):
+        answer = await client.get(f"/v1/sensors/41-10/bias?history=true&limit=4&{asked}")
+        assert [row["epoch"] for row in answer.json()["biases"]] == expected
+        assert answer.json()["next_cursor"] is None

@@ -106,6 +106,8 @@ def _is_problem(answer: httpx.Response, status: int, code: str) -> dict[str, obj
         ("GET", "/v1/sensors/unknown/bias?history=true", 404, "SENSOR_NOT_FOUND"),
         ("GET", "/v1/sensors/41-10/bias?history=yes", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/sensors/41-10/bias?since=3", 422, "INVALID_PARAMETER"),
+        ("GET", "/v1/sensors/41-10/bias?until=3", 422, "INVALID_PARAMETER"),
+        ("GET", "/v1/sensors/41-10/bias?history=true&until=3&cursor=x", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/rejects?after=-1", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/events?after=-1", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/events?after=x", 422, "INVALID_PARAMETER"),

@@ -19,7 +19,8 @@ from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.picture.past import PastAsked
-from multiradar.runtime.queries.registry import BIASES, TRANSITIONS, UPDATES
+from multiradar.runtime.ports import View
+from multiradar.runtime.queries.registry import BIASES, TRANSITIONS, UPDATES, History
 from multiradar.runtime.recorded import history_files
 from multiradar.runtime.recorded.history import keep_history
 from multiradar.runtime.recorded.history_files import (
@@ -41,6 +42,7 @@ from multiradar.runtime.recorded.history_writer import (
     HistoryRules,
 )
 from multiradar.runtime.recorded.run import RecordedRun
+from multiradar.runtime.recorded.view import RecordedView
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.storage.recording import Recording
@@ -183,6 +185,11 @@ def test_an_hour_has_the_rows_of_its_hour_and_reads_like_a_run(
     assert len({one.content_sha256() for one in measured}) == 2
     everything = RecordedRun(run_files(site.history, None, [site.history]))
     assert everything.span_s()[1] - everything.span_s()[0] > 3000.0
+    recorded, live = RecordedView([everything]), whole[1].view
+    track = int(live.tracks(START_S + 1500.0)["track_id"][0])
+    for history, subject in ((UPDATES, track), (TRANSITIONS, track), (BIASES, "41-10")):
+        assert_last_rows(recorded, live, history, subject, columns=False)
+        assert_last_rows(live, live, history, subject)
 
 
 def test_a_history_of_services_that_were_killed_is_that_of_one(
@@ -246,6 +253,23 @@ def test_times_that_memory_has_lost_are_answered_from_the_history(
             for limit, since_s in ((7, START_S), (5000, START_S), (5000, -TIME_MAX_S)):
                 found = view.rows(history, subject, since_s, limit)
                 assert_frame_equal(found, reference.rows(history, subject, since_s, limit))
+            assert_last_rows(view, reference, history, subject)
+
+
+def assert_last_rows(
+    view: View, reference: View, history: History, subject: int | str, *, columns: bool = True
+) -> None:
+    """Compare the last rows up to a time with those of all."""
+    every = reference.rows(history, subject, -TIME_MAX_S, 100_000)
+    time_s = pl.col("time_s")
+    for until_s in (START_S - 1.0, float(every["time_s"][2]), START_S + 1500.0, TIME_MAX_S):
+        for limit, since_s in ((3, None), (7, START_S + 100.0), (5000, None)):
+            begin_s = -TIME_MAX_S if since_s is None else since_s
+            expected = every.filter(time_s >= begin_s, time_s <= until_s).tail(limit)
+            found = view.rows(history, subject, since_s, limit, until_s)
+            if columns:
+                assert_frame_equal(found, expected)
+            assert found["time_s"].to_list() == expected["time_s"].to_list()
 
 
 def test_memory_answers_what_it_has_where_another_table_is_shorter(

@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import httpx
@@ -9,6 +10,7 @@ import polars as pl
 import pyarrow
 import pytest
 
+from multiradar.api.answers.paging import track_cursor
 from multiradar.api.selection import TRACK_COLUMNS
 from multiradar.errors import TrajectoryError
 from multiradar.runtime.stream.region_marks import FIELDS
@@ -231,6 +233,20 @@ async def test_a_history_begins_at_since(client: httpx.AsyncClient, service: Fak
     assert [update["time_s"] for update in answer.json()["updates"]] == [9.0, 10.0, 11.0]
 
 
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [("until=9", range(10)), ("until=1970-01-01T00:00:09Z&limit=3", (7, 8, 9)),
+     ("since=8&until=9.5", (8, 9)), ("until=1e6&limit=2", (10, 11)), ("until=-1", ())],
+)  # fmt: skip
+async def test_with_until_a_history_has_the_last_rows_up_to_it(
+    client: httpx.AsyncClient, service: FakeService, asked: str, expected: Sequence[int]
+) -> None:
+    service.view.updates[7] = updates_of(7, 12)
+    answer = await client.get(f"/v1/tracks/7/history?{asked}")
+    assert [update["time_s"] for update in answer.json()["updates"]] == list(expected)
+    assert answer.json()["next_cursor"] is None
+
+
 async def test_the_history_of_an_ended_track_is_served_and_may_be_empty_later(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
@@ -340,6 +356,11 @@ async def test_the_steps_in_the_life_of_a_track_are_served_by_pages_also_when_it
     assert (seen[0].into_track_id, seen[2].into_track_id) == (None, 4)
     later = await client.get("/v1/tracks/77/transitions?since=2")
     assert later.json()["count"] == 2
+    last = await client.get("/v1/tracks/77/transitions?until=1e6&limit=1")
+    assert [one["transition"] for one in last.json()["transitions"]] == names[-1:]
+    both = await client.get(f"/v1/tracks/77/transitions?until=9&cursor={track_cursor(1)}")
+    assert both.status_code == 422
+    assert "not allowed together with until" in both.text
 
 
 async def test_a_page_without_a_limit_has_1000_tracks(
