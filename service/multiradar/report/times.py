@@ -44,6 +44,14 @@ def time_text(time_s: float) -> str:
     return clock_text(time_s) + (f" (day {day + 1})" if day else "")
 
 
+def day_text(time_s: float) -> str:
+    """Return the day of a data time, such as ``08-01``, or ``day 2`` where the date is unknown."""
+    if not is_dated(time_s):
+        return f"day {time_s // _DAY_S + 1:.0f}"
+    text = _date_text(time_s)
+    return text if text.startswith("day") else text[len("2018-") :]
+
+
 def axis_label(times_s: Iterable[float]) -> str:
     """Return the label of an axis of data times: the date where it is known.
 

@@ -4,6 +4,7 @@ import re
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,7 +24,7 @@ from multiradar.report.drawing import draw_group, plain_state
 from multiradar.report.markdown import markdown_table
 from multiradar.report.plot_files import plot_svg, write_plots
 from multiradar.report.thinning import POINTS_MAX, thin
-from multiradar.report.time_axis import step_of
+from multiradar.report.time_axis import step_of, tick_text
 from multiradar.research.studies.result import StudyOptions
 from support.fakes.fake_study import ENTRY
 
@@ -281,9 +282,10 @@ def test_a_plot_that_shows_all_its_points_has_no_note() -> None:
     [
         (1533110400.0, 1800.0, ["08:00", "08:05", "08:10", "08:15", "08:20", "08:25", "08:30"]),
         (86_390.0, 20.0, ["23:59:50", "23:59:55", "00:00:00", "00:00:05", "00:00:10"]),
+        (1533081600.0, 345_600.0, ["08-01", "08-02", "08-03", "08-04", "08-05"]),
     ],
 )
-def test_an_axis_of_data_times_shows_the_time_of_day(
+def test_an_axis_of_data_times_shows_the_time_of_day_or_the_day(
     start_s: float, length_s: float, marks: list[str]
 ) -> None:
     times = np.linspace(start_s, start_s + length_s, 50)
@@ -309,6 +311,27 @@ def test_an_axis_of_data_times_shows_the_time_of_day(
 )
 def test_an_axis_of_data_times_has_seven_marks_at_most(span_s: float, step_s: float) -> None:
     assert step_of(span_s) == step_s
+
+
+@pytest.mark.parametrize(
+    ("step_s", "dated", "undated"),
+    [
+        (30.0, "12:00:00", "12:00:00"),
+        (60.0, "12:00", "12:00"),
+        (21_600.0, "12:00", "12:00"),
+        (43_200.0, "08-01 12:00", "day 2 12:00"),
+        (86_400.0, "08-01", "day 2"),
+        (172_800.0, "08-01", "day 2"),
+    ],
+)
+def test_a_tick_has_a_date_where_an_axis_is_of_several_days(
+    step_s: float, dated: str, undated: str
+) -> None:
+    noon_s = datetime(2018, 8, 1, 12, tzinfo=UTC).timestamp()
+    assert tick_text(noon_s, step_s) == dated
+    assert tick_text(1.5 * 86_400.0, step_s) == undated
+    # Before the year 1 there are no dates.
+    assert tick_text(-1e12, 86_400.0) == "day -11574075"
 
 
 @pytest.mark.parametrize(
