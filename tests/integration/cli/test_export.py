@@ -8,6 +8,11 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar.toolbox.inputs import SENSORS_FILE, load_sensor_table
+from multiradar.toolbox.pages import track_page
+from multiradar.toolbox.pages.track_page import TrackRun
+from multiradar.toolbox.tracking.track import track
+from multiradar_schemas.report import Report
 from support.pages import read_page
 from support.scenarios.recorded_scene import write_scene
 
@@ -38,6 +43,54 @@ def test_the_report_has_the_counts_of_the_run(tracked: tuple[Path, Path]) -> Non
     assert f"{report['figures']['tracks_confirmed']:,} confirmed tracks" in text
     assert f"accepted {report['counts']['accepted']:,}" in text
     assert report["output_sha256"] in text
+
+
+def test_the_report_has_the_command_and_the_filter_of_the_run(
+    tracked: tuple[Path, Path], tmp_path: Path
+) -> None:
+    folder, page = tracked[0].parent, tmp_path / "page.html"
+    settings = tmp_path / "settings.toml"
+    settings.write_text('[tracking]\nfilter_name = "two-stage"\n')
+    command = [
+        "track", str(folder / "measurements.parquet"), "--sensors", str(folder / "sensors.toml"),
+        "--kinds", "radar", "--out", str(tmp_path / "out"), "--config", str(settings),
+    ]  # fmt: skip
+    assert run([*command, "--report", str(page)]) == EXIT_DONE
+    text = page.read_text(encoding="utf-8")
+    assert "filter two-stage" in text
+    for given in ("--filter two-stage", "--kinds radar", f"--config {settings}"):
+        assert given in text
+
+
+def test_a_report_that_cannot_be_made_does_not_cost_the_run(
+    tracked: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_memory(*_: object) -> str:
+        raise MemoryError
+
+    monkeypatch.setattr(track_page, "track_page", no_memory)
+    folder, out, page = tracked[0].parent, tmp_path / "out", tmp_path / "page.html"
+    with pytest.raises(MemoryError):
+        track(folder / "measurements.parquet", folder / "sensors.toml", out=out, report=page)
+    assert not page.exists()
+    for name in ("report.json", "tracks.parquet", "sensors.toml"):
+        assert (out / name).read_bytes() == (tracked[0] / name).read_bytes()
+
+
+def test_counts_of_a_long_run_have_no_decimals(tracked: tuple[Path, Path], tmp_path: Path) -> None:
+    out = tracked[0]
+    report = Report.model_validate_json((out / "report.json").read_text(encoding="utf-8"))
+    arrivals = report.figures["arrivals"]
+    assert isinstance(arrivals, dict)
+    for counts, received in zip(arrivals.values(), (123_456, 57), strict=False):
+        assert isinstance(counts, dict)
+        counts["received"] = received
+    table = load_sensor_table(out / SENSORS_FILE)
+    page = tmp_path / "page.html"
+    page.write_text(track_page.track_page(TrackRun(out, report, table, "m", "c")), encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert ">123456<" in text
+    assert ">57<" in text
 
 
 def test_a_run_without_confirmed_tracks_has_a_report_without_a_map(

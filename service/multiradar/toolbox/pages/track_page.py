@@ -23,6 +23,11 @@ _POSITIONS_MAX = 15_000
 #: Points of lines by time.
 _STEPS = 240
 _TENTATIVE = "tentative"
+#: What the page needs of `tracks.parquet`: the table of a long run is larger than the memory.
+_COLUMNS = (
+    "track_id", "sequence", "time_s", "sensor_id", "state", "latitude_deg", "longitude_deg",
+    "mode_s_address", "height_m",
+)  # fmt: skip
 #: A bias whose sigma is still this fraction of that of the prior has no history.
 _PRIOR_RATIO_MAX = 0.99
 #: Radars with plots of their own.
@@ -54,7 +59,7 @@ class TrackRun:
 
 def track_page(run: TrackRun) -> str:
     """Return the report of a run as one HTML page."""
-    tracks = pl.read_parquet(run.folder / "tracks.parquet")
+    tracks = pl.scan_parquet(run.folder / "tracks.parquet").select(_COLUMNS).collect()
     confirmed = confirmed_tracks(tracks)
     counts, figures = run.report.counts, _figures(run)
     alarms = len(figures["sensor_alarms"])
@@ -62,7 +67,8 @@ def track_page(run: TrackRun) -> str:
         title=f"Tracking run: {run.name}",
         summary=(
             f"{figures['tracks_confirmed']:,} confirmed tracks ({figures['tracks']:,} initiated) "
-            f"from {counts.read:,} measurements: accepted {counts.accepted:,}, rejected "
+            f"from {counts.read:,} measurements with filter "
+            f"{run.report.settings['filter_name']}: accepted {counts.accepted:,}, rejected "
             f"{counts.rejected:,}, duplicate {counts.duplicate:,}. "
             f"{alarms or 'No'} radar alarm{'' if alarms == 1 else 's'}."
         ),
@@ -144,12 +150,10 @@ def _sensors(run: TrackRun, tracks: pl.DataFrame) -> Table:
     for name in run.sensors.ids:
         row = found.get(name)
         if row is None:
-            rows.append((name, _received(received, name), 0.0, 0.0, None, None))
+            rows.append((name, _received(received, name), 0, 0, None, None))
             continue
         times = time_text(row["first"]), time_text(row["last"])
-        rows.append(
-            (name, _received(received, name), float(row["len"]), float(row["tracks"]), *times)
-        )
+        rows.append((name, _received(received, name), row["len"], row["tracks"], *times))
     return Table(
         title="Sensors",
         header=("sensor", "received", "track updates", "tracks", "first", "last"),
@@ -159,7 +163,7 @@ def _sensors(run: TrackRun, tracks: pl.DataFrame) -> Table:
 
 def _received(arrivals: dict[str, Any], name: str) -> Value:
     counts = arrivals.get(name, {}).get("received")
-    return float(counts) if isinstance(counts, int) else None
+    return counts if isinstance(counts, int) else None
 
 
 def _tracks(run: TrackRun, confirmed: pl.DataFrame) -> Table:

@@ -28,6 +28,7 @@ from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import PathLike, new_output, remove_with
 from multiradar.toolbox.run import Run
 from multiradar.toolbox.settings import TRAJECTORY_AIRCRAFT_DEFAULT
+from multiradar.toolbox.tracking.command_line import track_command
 from multiradar.toolbox.tracking.earlier_run import biases_at_end
 from multiradar.toolbox.tracking.request import TrackOptions, TrackRequest, track_request
 from multiradar.toolbox.tracking.run_warnings import exhausted, missing_periods, run_findings
@@ -115,12 +116,21 @@ def track(
     with (
         as_file(measurements, "measurements") as measured,
         as_sensors_file(sensors) as listed,
+        _page_file(request.path("report")) as page,
     ):
-        stages = StageTimes(SystemClock(), started_s)
-        done = _run(request, _Given(*measured, *listed, folder), stages, custom)
-    run = Run(folder, done.seconds, done.span_s, done.beside_seconds)
-    if out is None:
-        remove_with(run, folder)
+        stages, given = StageTimes(SystemClock(), started_s), _Given(*measured, *listed, folder)
+        done = _run(request, given, stages, custom)
+        run = Run(folder, stages.seconds(), done.span_s, stages.beside_seconds())
+        if out is None:
+            remove_with(run, folder)
+        # The folder is complete: a page that cannot be made does not cost the run.
+        if page is not None:
+            name = str(done.report.settings["filter_name"])
+            names = given.measurements_name, given.sensors_name, name
+            command = track_command(*names, kinds=kinds, hide=hide, out=out, options=options)
+            with stages.measure("report"):
+                _write_page(page, given, done.report, command)
+            run.seconds = stages.seconds()
     for sentence in done.warnings:
         warn(sentence, DataWarning)
     if done.findings:
@@ -130,8 +140,7 @@ def track(
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    seconds: dict[str, float]
-    beside_seconds: dict[str, float]
+    report: "Report"
     span_s: tuple[float, float] | None
     warnings: list[str]
     findings: list[str]
@@ -174,8 +183,7 @@ def _run(
     with (
         stages.listening(), stages.enter(READING, opened) as recorded,
         with_reference(recorded, tracks, known, request.kinds) as referenced,
-        recording_file as recorder, _page_file(request.path("report")) as partial,
-        new_folder(out) as folder,
+        recording_file as recorder, new_folder(out) as folder,
     ):  # fmt: skip
         recording = referenced.recording
         span_s = recording.span_s(request.kinds if tracks is None else None)
@@ -209,10 +217,9 @@ def _run(
         shutil.copyfile(given.sensors, folder / SENSORS_FILE)
         if tracks is not None:
             tracks.append_to(folder / SENSORS_FILE)
-        _write_page(partial, folder, report, given, stages)
     warnings = result.warnings + exhausted(result, settings.filter_name) + in_future(span_s)
     findings = run_findings(report, result, out)
-    return _Done(stages.seconds(), stages.beside_seconds(), span_s, warnings, findings)
+    return _Done(report, span_s, warnings, findings)
 
 
 def _sensors(
@@ -236,22 +243,12 @@ def _page_file(page: Path | None) -> AbstractContextManager[Path | None]:
     return nullcontext() if page is None else new_file(page)
 
 
-def _write_page(
-    page: Path | None,
-    folder: Path,
-    report: "Report",
-    given: _Given,
-    stages: "StageTimes",
-) -> None:
-    if page is None:
-        return
+def _write_page(page: Path, given: _Given, report: "Report", command: str) -> None:
     from multiradar.toolbox.pages.track_page import TrackRun, track_page
 
-    with stages.measure("report"):
-        table = load_sensor_table(folder / SENSORS_FILE)
-        command = f"multiradar track {given.measurements_name} --sensors {given.sensors_name}"
-        run = TrackRun(folder, report, table, given.measurements.name, command)
-        page.write_text(track_page(run), encoding="utf-8")
+    table = load_sensor_table(given.out / SENSORS_FILE)
+    run = TrackRun(given.out, report, table, given.measurements.name, command)
+    page.write_text(track_page(run), encoding="utf-8")
 
 
 def _compile(
