@@ -49,7 +49,9 @@ export function bar(app: App): TemplateResult {
     <span class="print-only">${date(time)}</span>
     <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : html` <small>UTC</small>`}</time>
     <strong class="print-only">${stateOf(app)}</strong>
-    <span>${clock.runs.length > 1 ? `${clock.runs[view.run]}: ` : ""}${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
+    <span>${clock.runs.length > 1 ? `${clock.runs[view.run]}: ` : ""}${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}${
+      store.isPart ? html` <small title="With more than 4000 tracks, only those of the visible area are received">(${
+        tracks.length} of ${store.total})</small>` : nothing}</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
       : html`<span class="minor">${store.plotCount} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
     <span class="buttons">

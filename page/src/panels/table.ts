@@ -47,11 +47,12 @@ function draw(app: App): TemplateResult {
   olderS = unheardS(app.feed, app.clock);
   const hidden = store.tracks.length - rows.length;
   return html`${filterForm(app)}
-    <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
+    <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}${
+      store.isPart ? `; ${store.tracks.length} of ${store.total} tracks received: the search covers the visible area` : ""}</span>
       <span>${leastCertain(app)}</span></p>
     ${rows.length > 0 ? nothing : html`<p class="hint">${
       isBandEmpty(view.filters) ? "The level band is empty: its lower limit is above its upper limit."
-      : store.tracks.length > 0 ? "No track matches the filters." : none(app)}${inOther(app)}</p>`}
+      : store.tracks.length > 0 ? `No track ${store.isPart ? "in the visible area " : ""}matches the filters.` : none(app)}${inOther(app)}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
       <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>
@@ -73,6 +74,7 @@ function none({ feed, store }: App): string {
   const { backlog_rows: backlog, intake_rows: intake } = feed.status;
   if (!store.isRead) return "Loading the air picture…";
   if (Number(backlog ?? 0) + Number(intake ?? 0) > 0) return "The service is still processing the measurements received so far.";
+  if (store.isPart) return `No tracks in the visible area: ${store.total} elsewhere.`;
   return store.dataTimeS === null ? "No tracks: there are no aircraft, or no measurements have been received." : "No tracks at this time.";
 }
 

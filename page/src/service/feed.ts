@@ -78,6 +78,8 @@ export class Feed {
   /** The last step back of the data time, until the user has read it. */
   wentBack: { fromS: number; toS: number } | null = null;
   private after: number | null = null;
+  /** Area and track of which the last picture is. */
+  private shownOf = "";
   private newestS: number | null = null;
   /** Of the last past picture: its time, when it was read, and the jumps of the clock before. */
   private pastS: number | null = null;
@@ -197,10 +199,12 @@ export class Feed {
   private async past(at: number): Promise<void> {
     const { clock, jumps } = this;
     const asked = new URLSearchParams({ at: at.toFixed(3) });
-    const of = `${at} ${this.area} ${this.track}`;
+    const shownOf = this.wanted();
+    const of = `${at} ${shownOf}`;
     // A time after the end, as in an address, is set to the end: nothing of the frame before is kept.
     const isBack = this.pastS !== null && at < this.pastS;
-    if (this.pastS !== null && !isBack) asked.set("since", this.pastS.toFixed(3));
+    const isElsewhere = this.isElsewhere(shownOf);
+    if (this.pastS !== null && !isBack && !isElsewhere) asked.set("since", this.pastS.toFixed(3));
     if (this.area !== "") asked.set("bbox", this.area);
     if (this.track !== null) asked.set("track", String(this.track));
     const frames = await Promise.all([this.store, this.second].slice(0, clock.runs.length > 1 ? 2 : 1)
@@ -213,6 +217,7 @@ export class Feed {
     if (clock.jumps !== jumps) return;
     this.renew();
     if (isBack) for (const one of [this.store, this.second]) one.clear();
+    else if (isElsewhere) for (const one of [this.store, this.second]) one.beginAgain();
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
       clock.learn(frame.header.span_s, frame.header.recorded === true, this.runsOf(frame.header.layers));
@@ -220,7 +225,17 @@ export class Feed {
       // What is read again of a time that stands only says that the service answers: the picture stays.
       if (of !== this.pastOf) (layer === 0 ? this.store : this.second).update(frame, performance.now());
     });
-    [this.pastS, this.pastMs, this.pastOf] = [at, performance.now(), of];
+    [this.pastS, this.pastMs, this.pastOf, this.shownOf] = [at, performance.now(), of, shownOf];
+  }
+
+  /** What frames have of more tracks than a page can show. */
+  private wanted(): string {
+    return `${this.area} ${this.track}`;
+  }
+
+  /** Whether something else is shown than what the last picture has plots and earlier positions of. */
+  private isElsewhere(shownOf: string): boolean {
+    return shownOf !== this.shownOf && (this.store.isPart || this.second.isPart);
   }
 
   /** Discard the picture of the time before the clock was moved: that of the time chosen is here. */
@@ -241,7 +256,9 @@ export class Feed {
 
   private async present(): Promise<void> {
     const asked = new URLSearchParams();
-    if (this.after !== null) asked.set("after", String(this.after));
+    const shownOf = this.wanted();
+    const after = this.isElsewhere(shownOf) ? null : this.after;
+    if (after !== null) asked.set("after", String(after));
     if (this.area !== "") asked.set("bbox", this.area);
     if (this.track !== null) asked.set("track", String(this.track));
     const answer = await get(`v1/picture?${asked.toString()}`);
@@ -259,10 +276,11 @@ export class Feed {
     if (time !== null) this.newestS = time;
     // A service that restarted without its journal numbers from zero.
     if (isBack || (this.after !== null && frame.header.next < this.after)) this.store.clear();
-    if (this.after === null) this.store.beginAgain();
+    if (after === null) this.store.beginAgain();
     // After a gap the next frame has the positions of the time between.
     const isGap = time !== null && time - (this.store.dataTimeS ?? time) > GAP_S;
-    this.after = isGap && this.after !== null ? null : frame.header.next;
+    this.after = isGap && after !== null ? null : frame.header.next;
+    this.shownOf = shownOf;
     this.store.update(frame, performance.now());
   }
 

@@ -63,6 +63,11 @@ export class Store {
     return lacking > 0 ? `${shown} of ${shown + lacking}` : `${this.plots.isFull ? "≥ " : ""}${shown}`;
   }
 
+  /** Whether only the tracks of the area shown were received, with their plots. */
+  get isPart(): boolean {
+    return this.total > this.tracks.length;
+  }
+
   track(id: number | null): Track | undefined {
     return id === null ? undefined : this.byId.get(id);
   }
@@ -105,6 +110,7 @@ export class Store {
   /** Discard everything: the service restarted. */
   clear(): void {
     this.tracks = [];
+    this.total = 0;
     this.plots.clear();
     this.lacking.length = 0;
     this.bearings.clear();
@@ -162,7 +168,7 @@ export class Store {
 
   /** Whether a sensor delivers bearings and no plots; not known where the frames have the plots of an area only. */
   hasOnlyBearings(sensor: string): boolean {
-    return this.hasBearings(sensor) && !this.hasPlots(sensor) && this.total <= this.tracks.length;
+    return this.hasBearings(sensor) && !this.hasPlots(sensor) && !this.isPart;
   }
 
   /** Where a sensor was at its last bearing, in map units. */

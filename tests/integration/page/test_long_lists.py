@@ -1,0 +1,121 @@
+"""More than one answer has: many tracks, long tables, and sensors of tracks without plots."""
+
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+from playwright.sync_api import Page, Route, expect
+
+from integration.page.conftest import Air
+from integration.page.test_browser import PICTURE, STORE, opened, settled
+from multiradar.runtime.picture.frames import encoded
+from support.inputs.picture_frames import Tables, decoded
+
+#: More tracks than a frame has whatever the area shown.
+TOTAL = 5000
+ACTIONS = "window.multiradar.actions"
+UPDATES = "window.multiradar.selection.updates"
+
+
+def framed(page: Page, change: Callable[[dict[str, Any], Tables], Tables]) -> None:
+    """Change the frames on their way to the page."""
+
+    def fulfil(route: Route) -> None:
+        header, tables = decoded(route.fetch().body())
+        del header["tables"]
+        tables = change(header, tables)
+        route.fulfill(body=encoded(header, tables))
+
+    page.route("**/v1/picture*", fulfil)
+
+
+def asked(page: Page) -> list[dict[str, str]]:
+    """Return the parameters of requests for frames; the list grows."""
+    found: list[dict[str, str]] = []
+
+    def note(address: str) -> None:
+        parts = urlsplit(address)
+        if parts.path.endswith("/v1/picture"):
+            found.append({name: one[0] for name, one in parse_qs(parts.query).items()})
+
+    page.on("request", lambda request: note(request.url))
+    return found
+
+
+def pan(page: Page) -> str:
+    """Move the map by half of it, and return the area that it shows then."""
+    before = page.evaluate("window.multiradar.feed.area")
+    page.evaluate(
+        f"""(() => {{
+          const view = {PICTURE}.map.getView();
+          const [west, , east] = view.calculateExtent();
+          view.adjustCenter([(east - west) / 2, 0]);
+        }})()"""
+    )
+    settled(page, f"window.multiradar.feed.area !== '{before}'")
+    area: str = page.evaluate("window.multiradar.feed.area")
+    return area
+
+
+def plots(page: Page) -> list[str]:
+    found: list[str] = page.evaluate(
+        f"[...{STORE}.plots].map((one) => `${{one.timeS}} ${{one.sensor}} ${{one.track}}"
+        " ${one.x} ${one.y}`)"
+    )
+    return found
+
+
+def of_more(header: dict[str, Any], tables: Tables) -> Tables:
+    header["total"] = TOTAL
+    return tables
+
+
+def continued(requests: list[dict[str, str]], area: str, name: str) -> list[bool]:
+    """Return of each request for an area whether it continues the frame before."""
+    return [name in one for one in requests if one.get("bbox") == area]
+
+
+def test_with_all_tracks_a_pan_continues_the_picture(page: Page, air: Air) -> None:
+    requests = asked(page)
+    opened(page, air)
+    area = pan(page)
+    settled(page, f"{STORE}.frames > {page.evaluate(f'{STORE}.frames')} + 2")
+    assert all(continued(requests, area, "after"))
+
+
+def test_with_the_tracks_of_an_area_a_pan_reads_its_plots(page: Page, air: Air) -> None:
+    framed(page, of_more)
+    requests = asked(page)
+    opened(page, air)
+    settled(page, f"{STORE}.tracks.some((one) => one.trail.length > 9)")
+    known = plots(page)
+    area = pan(page)
+    settled(page, f"{STORE}.frames > {page.evaluate(f'{STORE}.frames')} + 3")
+    first, *later = continued(requests, area, "after")
+    assert not first
+    assert later
+    assert all(later)
+    # The plots of the new area, each of them once.
+    assert sorted(plots(page)) == sorted(known)
+    # A paused picture as well: it stands, but not its area.
+    page.get_by_role("button", name="Pause").click()
+    settled(page, "window.multiradar.feed.isCurrent && !window.multiradar.clock.isLive")
+    settled(page, f"{STORE}.plots.length > 0")
+    known = plots(page)
+    area = pan(page)
+    settled(page, f"{STORE}.frames > {page.evaluate(f'{STORE}.frames')}")
+    assert not continued(requests, area, "since")[0]
+    assert sorted(plots(page)) == sorted(known)
+    assert page.evaluate(f"{STORE}.tracks.some((one) => one.trail.length > 9)")
+
+
+def test_that_tracks_are_missing_is_said(page: Page, air: Air) -> None:
+    framed(page, of_more)
+    opened(page, air)
+    expect(page.locator("#bar")).to_contain_text(f"(30 of {TOTAL})")
+    expect(page.locator("#tracks .summary")).to_contain_text(
+        f"30 of {TOTAL} tracks received: the search covers the visible area"
+    )
+    page.evaluate(f"{ACTIONS}.filter({{ text: 'nosuch' }})")
+    expect(page.locator("#tracks")).to_contain_text("No track in the visible area matches")
