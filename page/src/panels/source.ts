@@ -1,6 +1,7 @@
 /** Documents that a panel needs while it is open: read when it is drawn and they are old. */
 
 import { AnswerError, get } from "../service/feed";
+import { rowsOf } from "../service/pages";
 import type { App } from "./panel";
 
 /** What a past time has, too; a recorded run has none of it. */
@@ -21,14 +22,16 @@ export class Source<T> {
   /** Why there is no value, in the words of the service. */
   problem = "";
 
-  constructor(private readonly everyMs: number) {}
+  /** @param table Of a table that is read page by page: the member of the answer that has the rows. */
+  constructor(private readonly everyMs: number, private readonly table: string | null = null) {}
 
   /**
    * The document, or null while it is read for the first time.
    * @param about What it is about: with another one the value is discarded.
    * @param isThere Whether the picture shows that it exists: a service that reads its journal after a start will have it.
+   * @param untilS Of a table: rows after this data time are not wanted, s.
    */
-  read(app: App, about: string, address: string, isThere = false): T | null {
+  read(app: App, about: string, address: string, isThere = false, untilS = Infinity): T | null {
     const key = `${app.feed.run} ${about}`;
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
@@ -47,16 +50,17 @@ export class Source<T> {
     if (past && !app.feed.isCurrent) return this.value;
     if (isThere && at === null) this.missing = "";
     if ((at !== null && whole === this.of) || whole === this.missing) return this.value;
-    if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
+    if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole, untilS);
     return this.value;
   }
 
-  private async refresh(app: App, key: string, address: string): Promise<void> {
+  private async refresh(app: App, key: string, address: string, untilS: number): Promise<void> {
     this.busy = true;
     const { jumps } = this;
     const isWanted = (): boolean => key === this.key && jumps === this.jumps;
     try {
-      const value = (await (await get(address)).json()) as T;
+      const { table } = this;
+      const value = (table === null ? await (await get(address)).json() : { [table]: await rowsOf(address, table, untilS) }) as T;
       if (isWanted()) [this.value, this.problem, this.of] = [value, "", address];
     } catch (error) {
       if (isWanted()) [this.value, this.problem] = [null, error instanceof Error ? error.message : String(error)];

@@ -2,6 +2,7 @@
 
 import { atOf } from "./encounters";
 import { get } from "./feed";
+import { rowsOf } from "./pages";
 import { mercatorX, mercatorY } from "../drawing/mercator";
 
 const EVERY_MS = 3000;
@@ -158,11 +159,11 @@ export class Selection {
         if (this.mode() !== "live") [this.past, this.updates] = [[], []];
         return;
       }
-      const since = `since=${time - PAST_S}&limit=5000`;
-      const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
+      const untilS = this.mode() === "live" ? Infinity : time;
+      const updates = await rowsOf<Update>(`v1/tracks/${id}/history?since=${time - PAST_S}`, "updates", untilS);
       const isLive = this.mode() === "live";
       const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}${atOf(isLive ? null : time)}`;
-      const isYoung = !isLive && !((history.updates[0]?.time_s ?? time) <= time - SAMPLED_S);
+      const isYoung = !isLive && !((updates[0]?.time_s ?? time) <= time - SAMPLED_S);
       const isKnown = this.isShown(id) && !isYoung;
       const forecast = !isKnown || this.mode() === "recorded" ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
@@ -171,7 +172,7 @@ export class Selection {
       if (id !== this.id) return;
       this.bundle = bundle;
       this.readS = time;
-      this.updates = history.updates.filter((one) => isLive || one.time_s <= time);
+      this.updates = updates.filter((one) => isLive || one.time_s <= time);
       this.past = this.updates.map(placed);
       this.probability = forecast.probability;
       this.forecast = forecast.points.map((point) => ({

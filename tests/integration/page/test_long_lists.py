@@ -119,3 +119,67 @@ def test_that_tracks_are_missing_is_said(page: Page, air: Air) -> None:
     )
     page.evaluate(f"{ACTIONS}.filter({{ text: 'nosuch' }})")
     expect(page.locator("#tracks")).to_contain_text("No track in the visible area matches")
+
+
+class Halves:
+    """Gives the tables by time in two pages, of which the second has the newest rows."""
+
+    def __init__(self, page: Page) -> None:
+        #: Name of the table and cursor of each request.
+        self.asked: set[tuple[str, str]] = set()
+        #: Times of the first and of the last row of the second page, s.
+        self.second_s: dict[str, tuple[float, float]] = {}
+        for path in ("tracks/*/history", "tracks/*/transitions", "sensors/*/bias"):
+            page.route(f"**/v1/{path}?*", self.answer)
+
+    def answer(self, route: Route) -> None:
+        parts = urlsplit(route.request.url)
+        name, given = parts.path.rpartition("/")[2], parse_qs(parts.query)
+        assert given["limit"] == ["5000"]
+        cursor = given.get("cursor", ["first"])[0]
+        document = route.fetch(url=route.request.url.replace(f"&cursor={cursor}", "")).json()
+        member = {"history": "updates", "bias": "biases"}.get(name, name)
+        first, second = np.array_split(np.array(document[member]), 2)
+        document[member] = (first if cursor == "first" else second).tolist()
+        document["next_cursor"] = "second" if cursor == "first" else None
+        self.asked.add((name, cursor))
+        self.second_s[name] = second[0]["time_s"], second[-1]["time_s"]
+        route.fulfill(json=document)
+
+
+def selected(page: Page) -> float:
+    """Select a confirmed track, and return the time of its last update, s."""
+    page.evaluate(f"{ACTIONS}.select({STORE}.tracks.find((one) => one.state === 'confirmed').id)")
+    settled(page, f"{UPDATES}.length > 10")
+    last_s: float = page.evaluate(f"{UPDATES}.at(-1).time_s")
+    return last_s
+
+
+def test_the_newest_rows_of_long_tables_are_read(page: Page, air: Air) -> None:
+    halves = Halves(page)
+    opened(page, air)
+    assert selected(page) == halves.second_s["history"][1]
+    life = page.get_by_role("region", name="Track history")
+    expect(life).to_contain_text("enough plots")
+    assert ("transitions", "second") in halves.asked
+    page.evaluate(f"{ACTIONS}.sensor('north')")
+    chart = "document.querySelector(\"mr-chart[aria-label^='Range offset']\")"
+    settled(page, f"{chart} !== null")
+    assert page.evaluate(f"{chart}.latest.times.at(-1)") > halves.second_s["bias"][0]
+
+
+def test_rows_after_a_past_time_are_not_read(page: Page, air: Air) -> None:
+    halves = Halves(page)
+    opened(page, air)
+    last_s = selected(page)
+    # The rows of the first half of the history are enough.
+    page.get_by_role("button", name="Pause").click()
+    page.evaluate("window.multiradar.clock.seek(window.multiradar.clock.span[0] + 30)")
+    settled(page, "window.multiradar.feed.isCurrent")
+    page.evaluate("window.multiradar.selection.settled()")
+    halves.asked.clear()
+    page.evaluate("window.multiradar.selection.moved()")
+    page.evaluate("window.multiradar.selection.settled()")
+    assert page.evaluate(f"{UPDATES}.at(-1).time_s") < last_s - 60.0
+    assert ("history", "first") in halves.asked
+    assert ("history", "second") not in halves.asked

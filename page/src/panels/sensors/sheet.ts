@@ -15,7 +15,6 @@ import { aged, silentS, unheardS } from "../../time/presence";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;
-const ROWS_MAX = 5000;
 /** Means of fewer plots are not shown. */
 const PLOTS_MIN = 20;
 
@@ -40,7 +39,7 @@ interface Residuals {
   sensors: { sensor_id: string; plots: number; by_range: Bin[]; by_azimuth: Bin[] }[];
 }
 
-const history = new Source<{ biases: Estimate[] }>(EVERY_MS);
+const history = new Source<{ biases: Estimate[] }>(EVERY_MS, "biases");
 const residuals = new Source<Residuals>(EVERY_MS);
 
 /** The sheet, with what is wrong with the sensor in sentences, but for the first ones, which are said elsewhere. */
@@ -75,8 +74,8 @@ function curves(sensor: Sensor, app: App): TemplateResult | typeof nothing {
   const { dataTimeS } = app.store;
   if (dataTimeS === null || sensor.biases.length === 0) return nothing;
   const atS = app.feed.sensorsAtS ?? dataTimeS;
-  const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, atS - PAST_S).toFixed(1)}&limit=${ROWS_MAX}`;
-  const found = history.read(app, `${sensor.id} ${app.clock.jumps}`, address);
+  const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, atS - PAST_S).toFixed(1)}`;
+  const found = history.read(app, `${sensor.id} ${app.clock.jumps}`, address, false, app.feed.sensorsAtS ?? Infinity);
   if (found === null) return html`<p class="hint">${history.problem || "Loading the biases…"}</p>`;
   const names = [...new Set(found.biases.map((one) => one.parameter))];
   return html`${names.map((parameter) => {

@@ -23,7 +23,7 @@ const TRANSITIONS_MAX = 6;
 /** The track that was shown last, by the name that people know. */
 let last: { id: number; name: string } | null = null;
 const plots = new Source<TrackPlots>(EVERY_MS);
-const transitions = new Source<{ transitions: Transition[] }>(EVERY_MS);
+const transitions = new Source<{ transitions: Transition[] }>(EVERY_MS, "transitions");
 
 export const trackPanel: Panel = {
   id: "sheet",
@@ -37,7 +37,7 @@ function draw(app: App): TemplateResult {
   const { selected } = view;
   if (selected === null) return html`<p class="hint">Select a track on the map or in the table.</p>`;
   const track = store.track(selected);
-  const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`, track !== undefined);
+  const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions`, track !== undefined);
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
   if (track === undefined && !app.feed.isCurrent) return html`<p class="hint">Loading the air picture…</p>`;
