@@ -49,6 +49,8 @@ export interface Frame {
   bearings?: Table;
   /** Of past pictures: earlier positions of the tracks. */
   path: Table;
+  /** Of runs without plots: when each sensor updated each track last. */
+  heard?: Table;
 }
 
 const MAGIC = 0x3150524d;
@@ -69,6 +71,7 @@ export function decode(buffer: ArrayBuffer): Frame {
     plots: table(buffer, begin, header.tables["plots"]),
     bearings: table(buffer, begin, header.tables["bearings"]),
     path: table(buffer, begin, header.tables["path"]),
+    heard: table(buffer, begin, header.tables["heard"]),
   };
 }
 

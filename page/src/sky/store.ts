@@ -92,6 +92,7 @@ export class Store {
     this.bundles = frame.header.bundles ?? [];
     this.extendTrails(frame);
     this.updateTracks(frame);
+    this.noteHeard(frame.heard ?? NONE);
     for (const [marks, table] of [[this.plots, frame.plots], [this.bearings, frame.bearings ?? NONE]] as const) {
       const before = marks.last;
       marks.update(table, (time ?? 0) - PLOTS_KEPT_S);
@@ -190,6 +191,15 @@ export class Store {
       if (plots === this.bearings) this.noteBearing(sensor, time, plots.sourceX[at] ?? NaN, plots.sourceY[at] ?? NaN);
       else this.plottedS.set(sensor, Math.max(time, this.plottedS.get(sensor) ?? -Infinity));
       this.track(plots.track[at] ?? null)?.heardS.set(sensor, time);
+    }
+  }
+
+  /** Note them where there are no plots to take them from. */
+  private noteHeard(table: Table): void {
+    const [ids, sensors, times] = [table.column("track_id"), table.column("sensor"), table.column("time_s")];
+    for (let row = 0; row < table.rows; row++) {
+      const sensor = this.sensors[sensors[row] ?? -1];
+      if (sensor !== undefined) this.track(ids[row] ?? null)?.heardS.set(sensor, times[row] ?? NaN);
     }
   }
 

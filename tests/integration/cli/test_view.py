@@ -13,7 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar.cli.playback.view import run_files
 from multiradar.runtime.picture.frames import TYPES
+from multiradar.runtime.picture.past import PastAsked
+from multiradar.runtime.recorded.run import RecordedRun
+from multiradar.runtime.recorded.view import RecordedView
+from support.inputs.picture_frames import decoded
 from support.processes import clients
 from support.processes.commands import Command
 from support.scenarios.recorded_scene import environment, write_scene
@@ -169,6 +174,32 @@ def test_plots_are_the_measurements_of_their_tracks(
     _, later = frame(url, at=last_s, since=last_s - 1.0)
     assert (later["plots"]["time_s"] > last_s - 1.0).all()
     assert (later["path"]["time_s"] > last_s - 1.0).all()
+
+
+def test_without_measurements_the_sensors_of_tracks_are_those_of_their_updates(
+    tracked: Path, tmp_path: Path
+) -> None:
+    run_ = tracked / "tracks"
+    viewed = RecordedView([RecordedRun(run_files(run_, None, [run_]), tmp_path)])
+    table = pl.read_parquet(run_ / "tracks.parquet")
+    first_s, last_s = table["time_s"].min(), table["time_s"].max()
+    assert isinstance(first_s, float)
+    assert isinstance(last_s, float)
+    for at_s, since_s, window_s in [(last_s, None, 120.0), (last_s, last_s - 1.0, 30.0)]:
+        header, tables = decoded(viewed.past_picture(PastAsked(at_s, since_s)))
+        heard = tables["heard"]
+        names = np.array(header["sensors"])[heard["sensor"]]
+        found = {*zip(heard["track_id"].tolist(), names, heard["time_s"].tolist(), strict=True)}
+        recent = table.filter(
+            pl.col("track_id").is_in(tables["tracks"]["track_id"].astype(np.int64).tolist()),
+            pl.col("time_s") > at_s - window_s,
+        )
+        wanted = recent.group_by("track_id", "sensor_id").agg(pl.col("time_s").max())
+        assert found == {*wanted.iter_rows()}
+        assert len({name for _, name, _ in found}) > 1
+    # Before the first update there are neither tracks nor sensors of them.
+    _, tables = decoded(viewed.past_picture(PastAsked(first_s - 1.0)))
+    assert len(tables["heard"]["track_id"]) == 0
 
 
 def test_histories_and_sensors_are_those_of_the_tables(

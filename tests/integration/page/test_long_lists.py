@@ -183,3 +183,26 @@ def test_rows_after_a_past_time_are_not_read(page: Page, air: Air) -> None:
     assert page.evaluate(f"{UPDATES}.at(-1).time_s") < last_s - 60.0
     assert ("history", "first") in halves.asked
     assert ("history", "second") not in halves.asked
+
+
+def test_a_sensor_is_chosen_where_there_are_no_plots(page: Page, air: Air) -> None:
+    """As of a recorded run without its measurements: the frames have its updates instead."""
+
+    def without_plots(_header: dict[str, Any], tables: Tables) -> Tables:
+        tracks = tables["tracks"]
+        own = np.arange(len(tracks["track_id"])) % 3 == 0
+        heard = {
+            "track_id": np.asarray(tracks["track_id"])[own],
+            "sensor": np.zeros(int(own.sum()), np.int32),
+            "time_s": np.asarray(tracks["time_s"])[own],
+        }
+        return {"tracks": tracks, "plots": {}, "heard": heard}
+
+    framed(page, without_plots)
+    opened(page, air)
+    page.evaluate(f"{ACTIONS}.filter({{ sensor: {STORE}.sensors[0] }})")
+    ids = [int(one) for one in page.evaluate(f"{STORE}.tracks.map((one) => one.id)")]
+    rows = page.locator("#tracks tbody tr[data-id]")
+    expect(rows).to_have_count(len(ids[::3]))
+    shown = {int(row.get_attribute("data-id") or 0) for row in rows.all()}
+    assert shown == set(ids[::3])

@@ -47,6 +47,11 @@ class JoinedPast:
         """Spectral density of the acceleration between updates, m²/s³."""
         return self._tracks.acceleration_density
 
+    @property
+    def has_plots(self) -> bool:
+        """Whether it has plots."""
+        return self._plots.has_plots
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
         return self._tracks.latest(at_s)

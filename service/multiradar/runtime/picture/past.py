@@ -81,6 +81,11 @@ class PictureSource(Protocol):
         """Spectral density of the acceleration between updates, m²/s³."""
         ...
 
+    @property
+    def has_plots(self) -> bool:
+        """Whether it has plots, which name the sensors of a track."""
+        ...
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time, rows of `UPDATE_DTYPE` by track."""
         ...
@@ -179,7 +184,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     -------
     bytes
         A frame as from `AirPicture.frame`, and with a table `path`: earlier positions of the
-        tracks, one in `PATH_STEP_S`. A recorded run has no covariances.
+        tracks, one in `PATH_STEP_S`. A recorded run has no covariances. Of a source without plots
+        there is a table `heard`: the time of the last update of each track by each sensor.
     """
     at_s, since_s = asked.at_s, asked.since_s
     if since_s is None or not at_s - PATH_S <= since_s <= at_s:
@@ -208,7 +214,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     }
     path = path_columns(recent, since_s, tracks["track_id"])
     plots = mark_tables(found, asked.area if total > WHOLE_MAX else None)
-    return encoded(header, {"tracks": tracks, **plots, "path": path})
+    heard = {} if source.has_plots else {"heard": _heard_columns(recent, tracks["track_id"])}
+    return encoded(header, {"tracks": tracks, **plots, "path": path, **heard})
 
 
 def last_of_each(track_id: NDArray[np.int64]) -> NDArray[np.intp]:
@@ -235,6 +242,17 @@ def _heard(recent: Positions, tracks: NDArray[np.int64], sensors: SensorTable) -
         # By ascending time: the last assignment counts.
         heard_s[place[own], source] = recent.time_s[own]
     return heard_s
+
+
+def _heard_columns(recent: Positions, tracks: Floats) -> dict[str, NDArray[Any]]:
+    kept = np.isin(recent.track_id, tracks) & (recent.sensor >= 0)
+    number, sensor = recent.track_id[kept], recent.sensor[kept].astype(np.int64)
+    rows = last_of_each(number * (int(sensor.max(initial=0)) + 1) + sensor)
+    return {
+        "track_id": number[rows].astype(np.float64),
+        "sensor": sensor[rows].astype(np.int32),
+        "time_s": recent.time_s[kept][rows],
+    }
 
 
 def path_columns(recent: Positions, since_s: float, tracks: Floats) -> dict[str, NDArray[Any]]:

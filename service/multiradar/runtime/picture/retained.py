@@ -46,6 +46,11 @@ class RetainedPast:
         """Spectral density of the acceleration between updates, m²/s³."""
         return self._known.tracking.acceleration_density
 
+    @property
+    def has_plots(self) -> bool:
+        """True: the service retains plots."""
+        return True
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
         silent_s = self._known.tracking.drop_after_s + ENDING_S

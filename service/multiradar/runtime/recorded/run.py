@@ -170,6 +170,11 @@ class RecordedRun:
         """Return the time of the first and of the last measurement, s; None without them."""
         return None if self._plots is None else self._plots.span_s
 
+    @property
+    def has_plots(self) -> bool:
+        """Whether the measurements of the run are known."""
+        return self._plots is not None
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
         return update_rows(self.tracks(at_s), self._sensors)
