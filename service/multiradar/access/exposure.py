@@ -5,6 +5,7 @@ from ipaddress import ip_address
 
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
+from multiradar.settings.feeds import LISTEN
 from multiradar.settings.service import Settings
 
 _REMEDY = "or start with --insecure to give every host on that network full access"
@@ -77,10 +78,22 @@ def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:
         # Datagrams of a group come from the network of its interface.
         address = one.interface if ip_address(one.address).is_multicast else one.address
         if not one.senders and not is_loopback(address):
-            yield (
-                f"asterix.listen {one.label}: {address} is not a loopback address; "
-                'list the permitted senders, such as senders = ["10.20.0.0/16"]'
-            )
+            yield _without_senders("asterix.listen", one.label, address)
+    for section, streams in (
+        ("asterix.connect", settings.asterix.connect),
+        ("feeds.source", settings.feeds.source),
+    ):
+        for stream in streams:
+            host = stream.address.host
+            if stream.address.scheme == LISTEN and not stream.senders and not is_loopback(host):
+                yield _without_senders(section, stream.label, host)
+
+
+def _without_senders(section: str, label: str, address: str) -> str:
+    return (
+        f"{section} {label}: {address} is not a loopback address; "
+        'list the permitted senders, such as senders = ["10.20.0.0/16"]'
+    )
 
 
 def is_local(endpoint: str) -> bool:

@@ -60,7 +60,7 @@ def asterix_gateway(
                 )
                 for one in wanted.listen
             ),
-            *(partial(asterix_stream, one.address, settings.feeds) for one in wanted.connect),
+            *(partial(asterix_stream, one, settings.feeds) for one in wanted.connect),
         ],
         sink=service,
         decoder=decoder,

@@ -20,9 +20,10 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from multiradar.settings.asterix_output import AsterixOutputSettings
-from multiradar.settings.feeds import FeedAddress, StreamUrl, feed_address
+from multiradar.settings.feeds import FeedAddress, StreamUrl, feed_address, require_listener
 from multiradar.settings.types import (
     Count,
+    IpNetwork,
     Ipv4,
     Ipv4Network,
     Label,
@@ -82,10 +83,14 @@ class AsterixConnectSettings(Section):
         Name in counters and in the quarantine; default: host and port.
     url : str
         `tcp://HOST:PORT` to connect to, or `listen://ADDRESS:PORT` to accept one connection.
+    senders : tuple of str
+        With `listen://`: addresses or networks whose connections are accepted, such as
+        `10.20.0.0/16`. Required beyond loopback; default: all.
     """
 
     name: Label | None = None
     url: StreamUrl
+    senders: tuple[IpNetwork, ...] = ()
 
     @property
     def address(self) -> FeedAddress:
@@ -96,6 +101,11 @@ class AsterixConnectSettings(Section):
     def label(self) -> str:
         """Name in counters and messages."""
         return self.name or f"{self.address.host}-{self.address.port}"
+
+    @model_validator(mode="after")
+    def _senders_are_of_a_listener(self) -> Self:
+        require_listener(self.senders, self.address)
+        return self
 
 
 class AsterixSettings(Section):

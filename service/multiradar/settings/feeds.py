@@ -19,7 +19,7 @@ from urllib.parse import SplitResult, quote, urlsplit
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from multiradar.settings.types import Count, Label, Seconds, Section
+from multiradar.settings.types import Count, IpNetwork, Label, Seconds, Section
 from multiradar_schemas.documents.tables import wrong
 from multiradar_schemas.measurements.measurement import SensorName
 
@@ -105,6 +105,18 @@ FeedUrl = Annotated[str, AfterValidator(_checked)]
 StreamUrl = Annotated[str, AfterValidator(_checked_stream)]
 
 
+def require_listener(senders: tuple[str, ...], address: FeedAddress) -> None:
+    """Check that senders are listed only for an address to which they connect.
+
+    Raises
+    ------
+    PydanticCustomError
+        If they are listed for another one.
+    """
+    if senders and address.scheme != LISTEN:
+        raise wrong("senders apply to listen:// only; remove them")
+
+
 class FeedSourceSettings(Section):
     """A feed.
 
@@ -122,6 +134,9 @@ class FeedSourceSettings(Section):
         their reception here, for receivers with a wrong clock.
     interval_s : float
         Interval of requests and of reading a file, s.
+    senders : tuple of str
+        With `listen://`: addresses or networks whose connections are accepted, such as
+        `10.20.0.0/16`. Required beyond loopback; default: all.
     """
 
     name: Label | None = None
@@ -130,6 +145,7 @@ class FeedSourceSettings(Section):
     mlat_sensor: SensorName = "mlat"
     times: Literal["message", "reception"] = "message"
     interval_s: Annotated[Seconds, Field(ge=0.1, le=3600.0)] = 1.0
+    senders: tuple[IpNetwork, ...] = ()
 
     @property
     def address(self) -> FeedAddress:
@@ -141,6 +157,11 @@ class FeedSourceSettings(Section):
         """Name in counters and messages."""
         address = self.address
         return self.name or (f"{address.host}:{address.port}" if address.host else address.path)
+
+    @model_validator(mode="after")
+    def _senders_are_of_a_listener(self) -> Self:
+        require_listener(self.senders, self.address)
+        return self
 
 
 class FeedsSettings(Section):

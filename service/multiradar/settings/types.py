@@ -1,6 +1,6 @@
 """Types of settings: sections, and numbers with bounds."""
 
-from ipaddress import IPv4Address, IPv4Network
+from ipaddress import IPv4Address, IPv4Network, ip_network
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -34,6 +34,15 @@ def _ipv4_network(text: str) -> str:
         ) from error
 
 
+def _ip_network(text: str) -> str:
+    try:
+        return str(ip_network(text))
+    except ValueError as error:
+        raise PydanticCustomError(
+            "ip_network", "Input should be an IP address or network such as 10.20.0.0/16"
+        ) from error
+
+
 Count = Annotated[int, BeforeValidator(plain_number), Field(ge=1)]
 Seconds = Annotated[float, BeforeValidator(plain_number), Field(gt=0.0)]
 NotNegative = Annotated[float, BeforeValidator(plain_number), Field(ge=0.0)]
@@ -45,6 +54,8 @@ Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
 Ipv4 = Annotated[str, AfterValidator(_ipv4)]
 #: An IPv4 address or network.
 Ipv4Network = Annotated[str, AfterValidator(_ipv4_network)]
+#: An IPv4 or IPv6 address or network.
+IpNetwork = Annotated[str, AfterValidator(_ip_network)]
 #: Name for counters, logs and the quarantine.
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,32}$")]
 

@@ -1,5 +1,6 @@
 """The feeds of the settings."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from multiradar.ingest.feeds.gateway import FeedGateway, FeedPlan, Wait
 from multiradar.ingest.feeds.polling import PolledSnapshots, file_fetch, http_fetch
 from multiradar.ingest.feeds.reader import ReaderBounds
 from multiradar.runtime.ports import MeasurementSink
+from multiradar.settings.asterix import AsterixConnectSettings
 from multiradar.settings.feeds import (
     FILE,
     LISTEN,
@@ -71,15 +73,15 @@ def _plan(
 def _open(source: FeedSourceSettings, timeout_s: float, clock: Clock, wait: Wait) -> FeedConnection:
     scheme, path = source.address.scheme, source.address.path
     if scheme in (TCP, LISTEN):
-        return open_stream(source.address, timeout_s)
+        return open_stream(source.address, timeout_s, source.senders)
     if scheme == FILE:
         return PolledSnapshots(source.url, file_fetch(Path(path)), source.interval_s, clock, wait)
     fetch = http_fetch(source.address, timeout_s, clock)
     return PolledSnapshots(source.url, fetch, source.interval_s, clock, wait)
 
 
-def open_stream(address: FeedAddress, timeout_s: float) -> FeedConnection:
-    """Return a TCP connection, or the port that accepts one.
+def open_stream(address: FeedAddress, timeout_s: float, senders: Sequence[str]) -> FeedConnection:
+    """Return a TCP connection, or the port that accepts one of these senders.
 
     Raises
     ------
@@ -88,10 +90,10 @@ def open_stream(address: FeedAddress, timeout_s: float) -> FeedConnection:
     """
     if address.scheme == TCP:
         return TcpConnection(address.host, address.port, timeout_s)
-    return AcceptedConnection(address.host, address.port)
+    return AcceptedConnection(address.host, address.port, senders)
 
 
-def asterix_stream(address: FeedAddress, settings: FeedsSettings) -> BlockStream:
+def asterix_stream(source: AsterixConnectSettings, settings: FeedsSettings) -> BlockStream:
     """Return the blocks of a TCP connection; its times are those of the feeds.
 
     Raises
@@ -99,7 +101,7 @@ def asterix_stream(address: FeedAddress, settings: FeedsSettings) -> BlockStream
     ConfigurationError
         If the port cannot be opened.
     """
-    connection = open_stream(address, settings.connect_timeout_s)
+    connection = open_stream(source.address, settings.connect_timeout_s, source.senders)
     return BlockStream(
         connection, SystemClock(), settings.reconnect_min_s, settings.reconnect_max_s
     )

@@ -3,14 +3,20 @@
 import socket
 import threading
 from collections import deque
+from collections.abc import Sequence
+from ipaddress import ip_address, ip_network
 from typing import Protocol
 
+from multiradar.access.security_log import RepeatedEvents
+from multiradar.clock import Clock, SystemClock
 from multiradar.errors import ConfigurationError
 
 #: Maximum wait for data, after which a stop is possible, s.
 WAIT_S = 0.2
 #: Octets that are read at once.
 CHUNK_OCTETS = 1 << 16
+#: A peer that has sent nothing for so long makes room for another one, s.
+SILENCE_MAX_S = 60.0
 # A peer that was switched off without closing the connection is detected after a minute.
 _KEEPALIVE = (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3))
 
@@ -85,7 +91,7 @@ class TcpConnection:
 
 
 class AcceptedConnection:
-    """A port that accepts one connection at a time; others wait.
+    """A port that accepts one connection at a time; others wait until it ends or is silent.
 
     Parameters
     ----------
@@ -93,6 +99,10 @@ class AcceptedConnection:
         Address of this host.
     port : int
         TCP port; 0 picks a free one.
+    senders : sequence of str
+        Addresses or networks whose connections are accepted; empty for all.
+    clock : Clock, optional
+        Measures silence.
 
     Raises
     ------
@@ -102,30 +112,42 @@ class AcceptedConnection:
 
     whole = False
 
-    def __init__(self, address: str, port: int) -> None:
+    def __init__(
+        self, address: str, port: int, senders: Sequence[str] = (), clock: Clock | None = None
+    ) -> None:
+        self._senders = tuple(ip_network(one) for one in senders)
+        self._clock = clock or SystemClock()
+        self._events = RepeatedEvents(self._clock)
         try:
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
             self._listener = socket.create_server((address, port), family=family, backlog=4)
         except OSError as error:
             msg = f"tcp {address}:{port}: cannot listen: {error.strerror or error}"
             raise ConfigurationError(msg) from error
-        self._listener.settimeout(WAIT_S)
         host, bound = self._listener.getsockname()[:2]
         self.endpoint = f"tcp/{host}:{bound}"
         self._socket: socket.socket | None = None
+        self._next: socket.socket | None = None
+        self._heard_s = 0.0
 
     def open(self) -> bool:
         """Wait a moment for a connection."""
-        try:
-            self._socket, _ = self._listener.accept()
-        except TimeoutError:
-            return False
-        _prepare(self._socket)
-        return True
+        self._socket, self._next = self._next or self._accepted(WAIT_S), None
+        self._heard_s = self._clock.monotonic_s()
+        return self._socket is not None
 
     def receive(self) -> bytes | None:
-        """Wait a moment for text."""
-        return _received(self._socket)
+        """Wait a moment for text; a peer that is silent makes room for the next one."""
+        text = _received(self._socket)
+        now_s = self._clock.monotonic_s()
+        if text is not None:
+            self._heard_s = now_s
+        elif now_s - self._heard_s > SILENCE_MAX_S:
+            self._next = self._next or self._accepted(0.0)
+            if self._next is not None:
+                msg = f"the peer was silent for {SILENCE_MAX_S:g} s, and another one has connected"
+                raise ConnectionError(msg)
+        return text
 
     def close(self) -> None:
         """Close the connection."""
@@ -136,7 +158,23 @@ class AcceptedConnection:
     def release(self) -> None:
         """Close the port, too."""
         self.close()
+        if self._next is not None:
+            self._next.close()
+            self._next = None
         self._listener.close()
+
+    def _accepted(self, wait_s: float) -> socket.socket | None:
+        self._listener.settimeout(wait_s)
+        try:
+            found, (peer, *_) = self._listener.accept()
+        except (TimeoutError, BlockingIOError):
+            return None
+        if self._senders and not any(ip_address(peer) in one for one in self._senders):
+            found.close()
+            self._events.warn("connection_not_allowed", peer, listener=self.endpoint)
+            return None
+        _prepare(found)
+        return found
 
 
 class MemoryConnection:

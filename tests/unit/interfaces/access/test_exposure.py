@@ -65,6 +65,14 @@ OPEN = [
         },
         "asterix.listen north: 192.0.2.1 is not a loopback address",
     ),
+    (
+        {"feeds": {"source": [{"url": "listen://0.0.0.0:30104"}]}},
+        "feeds.source 0.0.0.0:30104: 0.0.0.0 is not a loopback address",
+    ),
+    (
+        {"asterix": {"connect": [{"url": "listen://[::]:30104", "name": "roof"}]}},
+        "asterix.connect roof: :: is not a loopback address",
+    ),
 ]
 
 
@@ -89,13 +97,33 @@ def test_keys_protect_http_and_plain_http_is_logged() -> None:
     assert [one["event"] for one in logs] == ["not_encrypted"]
 
 
-def test_asterix_of_listed_senders_or_on_loopback_is_received() -> None:
+def test_data_of_listed_senders_or_on_loopback_are_received() -> None:
     listen = [
         {"address": "0.0.0.0", "port": 8600, "senders": ["10.20.0.0/16"]},
         {"address": "239.1.1.1", "interface": "127.0.0.1", "port": 8600},
         {"address": "127.0.0.1", "port": 8600},
     ]
-    require_credentials(settings_of(asterix={"listen": listen}), authenticated=False)
+    connect = [
+        {"url": "tcp://192.0.2.1:30006"},
+        {"url": "listen://127.0.0.1:30006"},
+        {"url": "listen://[::]:30007", "senders": ["2001:db8::/32"]},
+    ]
+    source = [
+        {"url": "http://192.0.2.1/data/aircraft.json"},
+        {"url": "listen://localhost:30104"},
+        {"url": "listen://0.0.0.0:30104", "senders": ["10.20.0.0/16"]},
+    ]
+    settings = settings_of(asterix={"listen": listen, "connect": connect}, feeds={"source": source})
+    require_credentials(settings, authenticated=False)
+
+
+def test_senders_are_listed_for_listeners_only() -> None:
+    wrong = {"url": "tcp://192.0.2.1:30006", "senders": ["10.20.0.0/16"]}
+    for sections in ({"asterix": {"connect": [wrong]}}, {"feeds": {"source": [wrong]}}):
+        with pytest.raises(ConfigurationError, match="senders apply to listen:// only"):
+            settings_of(**sections)
+    with pytest.raises(ConfigurationError, match="IP address or network"):
+        settings_of(feeds={"source": [{"url": "listen://0.0.0.0:1", "senders": ["roof"]}]})
 
 
 @pytest.mark.parametrize(
