@@ -3,7 +3,9 @@
 import hashlib
 import os
 import secrets
+import stat
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -157,6 +159,15 @@ def read_clients(file: Path) -> ClientList:
         raise ConfigurationError(str(error), str(file), error.reasons) from error
 
 
+# A service with another user reads the new file as the old one, whatever the umask is.
+def _keep_access(file: Path, partial: Path) -> None:
+    found = file.stat()
+    # Only root gives files away.
+    with suppress(PermissionError):
+        os.chown(partial, found.st_uid, found.st_gid)
+    partial.chmod(stat.S_IMODE(found.st_mode))
+
+
 def add_client(file: Path, client: ClientSettings) -> None:
     """Append a client to a file, which is created if there is none.
 
@@ -182,6 +193,8 @@ def add_client(file: Path, client: ClientSettings) -> None:
     partial = file.with_name(f".{file.name}.partial-{secrets.token_hex(4)}")
     try:
         partial.write_text(before + "\n".join(lines) + "\n", encoding="utf-8")
+        if file.exists():
+            _keep_access(file, partial)
         # A running service reads the old file or the new one.
         os.replace(partial, file)
     finally:

@@ -1,5 +1,6 @@
 """Keys, the file of clients, and how it is read again."""
 
+import os
 from math import inf
 from pathlib import Path
 
@@ -50,6 +51,25 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
     ):
         add_client(file, client("screen", new_key()))
     assert file.read_bytes() == before
+
+
+def test_a_changed_file_keeps_owner_and_mode(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    add_client(file, client("screen", new_key()))
+    file.chmod(0o644)
+    if os.geteuid() == 0:
+        os.chown(file, 10_001, 10_001)
+    before = file.stat()
+    mask = os.umask(0o077)
+    try:
+        add_client(file, client("other", new_key()))
+    finally:
+        os.umask(mask)
+    after = file.stat()
+    assert after.st_ino != before.st_ino
+    assert (after.st_mode, after.st_uid, after.st_gid) == (
+        before.st_mode, before.st_uid, before.st_gid,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
