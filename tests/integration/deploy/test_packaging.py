@@ -73,10 +73,16 @@ def test_what_compose_mounts_is_in_the_tree_and_read_only(
     assert {mount.split(":")[0] for mount in mounts} == {
         "./zenoh/router.json5",
         "./sensors.toml",
-        "./keys.toml",
+        "./zenoh/service.json5",
+        "./access",
     }
     assert all(mount.endswith(":ro") for mount in mounts)
-    assert (DEPLOY / "zenoh/router.json5").is_file()
+    for mount in mounts:
+        place, inside, _ = mount.split(":")
+        if place.startswith("./zenoh/"):
+            assert (DEPLOY / place).is_file()
+        # `multiradar key` replaces keys.toml, and a mounted file would remain the old one.
+        assert not inside.endswith("keys.toml")
 
 
 def test_the_service_understands_the_environment_of_compose(
@@ -85,9 +91,12 @@ def test_the_service_understands_the_environment_of_compose(
     for name, value in services["multiradar"]["environment"].items():
         monkeypatch.setenv(name, value)
     # It listens beyond its loopback, so it needs clients with keys.
-    assert load_settings().access.keys_file == Path("/etc/multiradar/keys.toml")
-    zenoh = load_settings().zenoh
-    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("ws/router:7449",))
+    keys_file, config_file = load_settings().access.keys_file, load_settings().zenoh.config_file
+    assert keys_file == Path("/etc/multiradar/access/keys.toml")
+    assert config_file == Path("/etc/multiradar/zenoh.json5")
+    mounted = [mount.split(":")[1] for mount in services["multiradar"]["volumes"]]
+    assert str(keys_file.parent) in mounted
+    assert str(config_file) in mounted
 
 
 def test_the_image_runs_unprivileged_and_is_installed_by_hash() -> None:

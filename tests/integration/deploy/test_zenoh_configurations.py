@@ -9,11 +9,14 @@ import pytest
 import zenoh
 
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.access_control import access_control
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.keys import query_key
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.queries.registry import QUERIES, Query
+from multiradar.settings.access import AccessSettings
+from support.access import clients as listed
 from support.fakes.fake_service import FakeService
 from support.paths import ROOT
 from support.processes.certificates import Authority
@@ -26,15 +29,16 @@ FOLDER = ROOT / "deploy/zenoh"
 JSON = "application/json"
 
 
-@pytest.mark.parametrize("name", ["loopback.json5", "router.json5", "mtls.json5"])
+@pytest.mark.parametrize("name", ["loopback.json5", "router.json5", "mtls.json5", "service.json5"])
 def test_every_configuration_disables_discovery_and_bounds_messages(name: str) -> None:
     config = zenoh.Config.from_file(str(FOLDER / name))
     assert json.loads(config.get_json("scouting/multicast/enabled")) is False
     assert json.loads(config.get_json("scouting/gossip/enabled")) is False
     assert json.loads(config.get_json("adminspace/enabled")) is False
     assert json.loads(config.get_json("timestamping/enabled")) is True
-    # A subscriber may block for five seconds without losing its connection.
-    assert json.loads(config.get_json("transport/link/tx/lease")) == 10_000
+    # A subscriber may block for five seconds without losing its connection; a router does not.
+    lease_ms = 2_000 if name == "service.json5" else 10_000
+    assert json.loads(config.get_json("transport/link/tx/lease")) == lease_ms
     assert json.loads(config.get_json("transport/link/rx/max_message_size")) == 16 * 1024 * 1024
 
 
@@ -94,7 +98,15 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
     file.write_text(text, encoding="utf-8")
     view = StreamingView()
     sink = FakeService(view=view)
-    service = ZenohGateway(sink, ZenohOptions(listen=(), connect=(own,), status_period_s=0.2))
+    text = (FOLDER / "service.json5").read_text(encoding="utf-8")
+    assert "ws/router:7449" in text
+    of_service = tmp_path / "service.json5"
+    of_service.write_text(text.replace("ws/router:7449", own), encoding="utf-8")
+    # As in compose.yaml: it has clients with keys, and no certificates.
+    options = ZenohOptions(
+        config_file=of_service, access=AccessSettings(clients=listed()), status_period_s=0.2
+    )
+    service = ZenohGateway(sink, options)
     received: list[tuple[str, bytes]] = []
     with zenoh.open(zenoh.Config.from_file(str(file))):
         service.start()
@@ -132,9 +144,21 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
                     encoding=JSON,
                 )
                 assert receipt["accepted"] > 0
+                # Operations need a key, over HTTP.
+                for operation in ("flush", "clock?time_s=1", "**?force=true"):
+                    asked = answers(victim, f"multiradar/v1/{operation}")
+                    assert not [one for one in asked if one.ok]
+                assert (sink.flushes, sink.clocks) == ([], [])
         finally:
             service.stop()
     assert [key for key, payload in received if payload in (b"forged", b"")] == []
+
+
+def test_clients_of_the_router_may_ask_for_all_output() -> None:
+    config = zenoh.Config.from_file(str(FOLDER / "router.json5"))
+    rules = {one["id"]: one for one in json.loads(config.get_json("access_control"))["rules"]}
+    own = {one["id"]: one for one in access_control(AccessSettings())["rules"]}
+    assert set(rules["ask"]["key_exprs"]) == set(own["read"]["key_exprs"])
 
 
 def test_an_invalid_configuration_is_rejected_with_its_name(tmp_path: Path) -> None:
