@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 import zenoh
+from structlog.testing import capture_logs
 
 from multiradar.ingest.zenoh.access_control import access_control
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.settings.access import AccessSettings
 from support.access import clients
 from support.fakes.fake_service import FakeService
@@ -160,3 +162,11 @@ def test_names_have_the_same_roles_as_over_http() -> None:
     }
     for one in clients():
         assert not keys(rules, one.name, "declare_queryable") | keys(rules, one.name, "reply")
+
+
+def test_a_router_without_a_certificate_is_warned_of() -> None:
+    router = free_endpoint()
+    with capture_logs() as logs:
+        for access in (AccessSettings(), AccessSettings(clients=clients())):
+            ZenohBus(ZenohOptions(listen=(), connect=(router,), access=access)).close()
+    assert [(one["event"], one["endpoint"]) for one in logs] == [("peer_denied", router)]

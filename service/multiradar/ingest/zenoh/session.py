@@ -53,6 +53,12 @@ _SEQUENCE_END = 2**32
 _DROP = zenoh.CongestionControl.DROP
 
 
+# Protocols whose endpoints have certificates.
+_CERTIFIED = ("tls/", "quic/")
+_DENIED = (
+    "clients are configured, and this endpoint has no certificate with the name of one; all its "
+    "messages are denied, unless zenoh.config_file contains access control"
+)
 # A busy endpoint is tried again so often.
 _LISTEN_RETRY = {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 2}
 
@@ -139,6 +145,10 @@ def _guard(config: zenoh.Config, options: ZenohOptions) -> None:
             else handover_control(region, options.neighbours, certified=_is_certified(config))
         )
         config.insert_json5("access_control", json.dumps(rules))
+        if region is None and access.has_credentials:
+            for one in _endpoints(config, "connect"):
+                if not one.startswith(_CERTIFIED):
+                    SECURITY_LOG.warning("peer_denied", endpoint=one, reason=_DENIED)
 
 
 def _is_certified(config: zenoh.Config) -> bool:
@@ -166,7 +176,7 @@ def require_guarded(options: ZenohOptions, setting: str = "zenoh.listen") -> Non
         listed = listed.get(json.loads(config.get_json("mode")), [])
     certified = _is_certified(config)
     for endpoint in listed:
-        if is_local(endpoint) or (certified and endpoint.startswith(("tls/", "quic/"))):
+        if is_local(endpoint) or (certified and endpoint.startswith(_CERTIFIED)):
             continue
         reason = (
             f"{setting}: expected a loopback address, or tls/… with client certificates "
