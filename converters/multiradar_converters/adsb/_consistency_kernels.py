@@ -20,8 +20,6 @@ LAST, LATITUDE, LONGITUDE, SINCE = range(4)
 STATE_NUMBERS = 4
 
 _EARTH_RADIUS_M = 6_371_000.0
-_HALF_DAY_S = 43_200.0
-_DAY_S = 86_400.0
 
 
 @in_loop
@@ -86,24 +84,3 @@ def check_reports(
                 counts[JUMPS] += 1
             known[LATITUDE], known[LONGITUDE], known[SINCE] = latitude[k], longitude[k], time[k]
         known[LAST] = time[k]
-
-
-@loop
-def past_midnight(time: Numbers, state: Numbers) -> None:
-    """Unwrap times of day past midnight, in both directions.
-
-    Parameters
-    ----------
-    time : float64[n]
-        Times, s; changed in place.
-    state : float64[2]
-        The last time of day (NaN: none), and the day; updated in place.
-    """
-    for k in range(len(time)):
-        raw = time[k]
-        if raw - state[0] < -_HALF_DAY_S:
-            state[1] += 1.0
-        elif raw - state[0] > _HALF_DAY_S:
-            state[1] -= 1.0
-        state[0] = raw
-        time[k] = raw + state[1] * _DAY_S

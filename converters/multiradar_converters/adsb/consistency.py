@@ -50,16 +50,12 @@ class ConsistencyCheck:
     ----------
     file : str
         Its name.
-    of_day : bool
-        Whether its times have no date.
     """
 
-    def __init__(self, file: str, of_day: bool) -> None:
+    def __init__(self, file: str) -> None:
         self._file = file
-        self._of_day = of_day
         self._rows: dict[int, int] = {}
         self._state = np.full((1024, _consistency_kernels.STATE_NUMBERS), np.nan)
-        self._midnight = np.array([np.nan, 0.0])
         self._counts = np.zeros(2, dtype=np.int64)
         self.repeated = 0
         self.stale = 0
@@ -80,12 +76,12 @@ class ConsistencyCheck:
         return int(self._counts[_consistency_kernels.JUMPS])
 
     def push(self, batch: Batch) -> NDArray[np.bool_]:
-        """Unwrap times past midnight; reject repeated and stale reports.
+        """Reject repeated and stale reports.
 
         Parameters
         ----------
         batch : Batch
-            Reports; times are changed in place, and `rejected` is extended.
+            Reports; `rejected` is extended.
 
         Returns
         -------
@@ -99,9 +95,6 @@ class ConsistencyCheck:
         """
         numbers = batch.numbers
         time = np.ascontiguousarray(numbers[roles.TIME])
-        if self._of_day:
-            _consistency_kernels.past_midnight(time, self._midnight)
-            numbers[roles.TIME] = time
         result = np.zeros(len(time), dtype=np.int64)
         _consistency_kernels.check_reports(
             time,

@@ -8,11 +8,11 @@ import numpy as np
 
 from multiradar_converters.adsb import table
 from multiradar_converters.adsb.consistency import ConsistencyCheck
+from multiradar_converters.adsb.day_times import DayClock, day_clocks
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.batches import Batch, RejectedRecord
 from multiradar_converters.adsb.reading.files import Source, open_source
-from multiradar_converters.adsb.reading.time_forms import of_day
 from multiradar_converters.adsb.report import FileAccount, report_json
 from multiradar_converters.adsb.sensors import sensors_toml
 from multiradar_converters.errors import LayoutError
@@ -62,11 +62,12 @@ def convert(
             with (folder.path / "rejects.ndjson").open(
                 "w", encoding="utf-8", newline="\n"
             ) as rejects:
-                for path in files:
-                    source = open_source(path, advance, options.utc_offset_h * 3600.0)
-                    forms.add(of_day(source.layout.time))
+                offset_s = options.utc_offset_h * 3600.0
+                for path, clock in zip(files, day_clocks(files, offset_s), strict=True):
+                    source = open_source(path, advance, offset_s)
+                    forms.add(clock is not None)
                     _check_dates(path, forms)
-                    accounts.append(_read(source, options, sorter, rejects))
+                    accounts.append(_read(source, clock, options, sorter, rejects))
             _check_some_accepted(accounts)
             start_s = unix_start(options.date) if forms == {True} else 0.0
             quantities = {name for account in accounts for name in account.quantities}
@@ -86,12 +87,19 @@ def _check_dates(path: Path, forms: set[bool]) -> None:
         raise LayoutError(msg)
 
 
-def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO) -> FileAccount:
+def _read(
+    source: Source,
+    clock: DayClock | None,
+    options: Options,
+    sorter: TimeSorter,
+    rejects: TextIO,
+) -> FileAccount:
     account = FileAccount(source.file, source.form, source.layout.figures())
-    without_date = of_day(source.layout.time)
-    check = ConsistencyCheck(source.file, without_date)
+    check = ConsistencyCheck(source.file)
     for batch in source.batches:
-        if not (without_date or account.accepted):
+        if clock is not None:
+            clock.push(batch)
+        elif not account.accepted:
             _check_date(source.file, batch, options)
         valid = check.push(batch)
         for name, role in _UNREADABLE.items():

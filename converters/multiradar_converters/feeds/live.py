@@ -67,7 +67,7 @@ class LiveFeed:
         self._decoder = FeedDecoder(at_reception=at_reception)
         self._lines = Lines()
         self._before = 0
-        self._check = ConsistencyCheck(name, of_day=False)
+        self._check = ConsistencyCheck(name)
         self._delays = {kind: deque[float](maxlen=DELAYS_MAX) for kind in KINDS}
 
     def __len__(self) -> int:
@@ -104,7 +104,7 @@ class LiveFeed:
         """Return what was decoded since the last call."""
         batch = self._decoder.drain()
         if self._check.aircraft > AIRCRAFT_MAX:
-            self._check = ConsistencyCheck(self._name, of_day=False)
+            self._check = ConsistencyCheck(self._name)
         valid = self._check.push(batch)
         self._note_delays(batch)
         numbers, words = batch.numbers[:, valid], batch.words[:, valid]

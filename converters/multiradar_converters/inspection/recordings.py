@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from multiradar_converters.adsb.day_times import day_clocks
 from multiradar_converters.asterix.decoding.editions import Editions
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.errors import LayoutError
@@ -71,13 +72,15 @@ def inspect(
     octets = sum(path.stat().st_size for path, form in forms.items() if form == "asterix")
     every = max(1, -(-octets // options.detailed_octets_max))
     survey.sampled = 1.0 / every
+    trajectories = [path for path, form in forms.items() if form == "adsb"]
+    clocks = dict(zip(trajectories, day_clocks(trajectories), strict=True))
     for path, form in forms.items():
         if form == "asterix":
             inspect_asterix(path, survey, options.editions, advance, every)
         elif form == "dump":
             inspect_dump(path, survey, advance)
         else:
-            inspect_adsb(path, survey, advance)
+            inspect_adsb(path, survey, advance, clocks[path])
     return survey
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from multiradar_converters.adsb.consistency import ConsistencyCheck
+from multiradar_converters.adsb.day_times import DayClock
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.files import open_source
 from multiradar_converters.adsb.reading.plain import KINDS
-from multiradar_converters.adsb.reading.time_forms import of_day
 from multiradar_converters.adsb.table import reported_data
 from multiradar_converters.aircraft_data.quantities import without
 from multiradar_converters.distinct import distinct
@@ -134,7 +134,9 @@ def _add(survey: Survey, key: tuple[str, str], reports: Reports) -> None:
     figures.add(reports)
 
 
-def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> None:
+def inspect_adsb(
+    path: Path, survey: Survey, advance: Callable[[int], None], clock: DayClock | None
+) -> None:
     """Add a file of ADS-B trajectories to a survey.
 
     Parameters
@@ -145,6 +147,8 @@ def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> 
         Extended.
     advance : callable
         Called with bytes read.
+    clock : DayClock or None
+        Days of its times, if they have no date.
 
     Raises
     ------
@@ -154,8 +158,10 @@ def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> 
     source = open_source(path, advance)
     account = FileSurvey(source.file, f"trajectories: {source.form}", 0)
     survey.files.append(account)
-    check = ConsistencyCheck(source.file, of_day(source.layout.time))
+    check = ConsistencyCheck(source.file)
     for batch in source.batches:
+        if clock is not None:
+            clock.push(batch)
         valid = check.push(batch)
         account.read += batch.found
         account.duplicates += batch.duplicate

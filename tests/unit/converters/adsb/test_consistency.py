@@ -71,7 +71,7 @@ def test_the_compiled_check_equals_the_reference(seed: int, size: int) -> None:
         axis=1,
     )
     address = generator.integers(1, 6, SAMPLES)
-    check = ConsistencyCheck("x", of_day=False)
+    check = ConsistencyCheck("x")
     plain = {number: Plain() for number in range(1, 6)}
     for begin in range(0, SAMPLES, size):
         part = slice(begin, begin + size)
@@ -93,7 +93,7 @@ def test_the_compiled_check_equals_the_reference(seed: int, size: int) -> None:
 def test_aircraft_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("multiradar_converters.adsb.consistency.AIRCRAFT_MAX", 3)
     reports = np.tile([1.6e9, 47.0, 8.0, 200.0], (4, 1))
-    check = ConsistencyCheck("x", of_day=False)
+    check = ConsistencyCheck("x")
     assert check.push(batch(reports[:3], np.array([1, 2, 3]))).all()
     with pytest.raises(LayoutError, match="expected at most 3 aircraft"):
         check.push(batch(reports[:1], np.array([4])))
@@ -102,6 +102,6 @@ def test_aircraft_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_many_aircraft_keep_their_state() -> None:
     count = 3000
     reports = np.tile([1.6e9, 47.0, 8.0, 200.0], (count, 1))
-    check = ConsistencyCheck("x", of_day=False)
+    check = ConsistencyCheck("x")
     assert check.push(batch(reports, np.arange(1, count + 1))).all()
     assert not check.push(batch(reports, np.arange(1, count + 1))).any()
