@@ -30,7 +30,7 @@ from multiradar.errors import SnapshotError
 from multiradar.state import EncodedState
 
 #: Version of the form of the files; incremented too when values get another meaning.
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 #: Snapshots that are kept.
 KEPT = 2
 

@@ -24,11 +24,11 @@ WAITING_MAX = 3
 SECTORS = 32
 
 # Columns of `ReportIntegrity.report` and `ReportIntegrity.other`, and of `ReportIntegrity.plot`.
-TIME, EAST, NORTH, EAST_RATE, NORTH_RATE = range(5)
-PLOT_TIME, PLOT_Z0, PLOT_Z1, PLOT_HEIGHT = range(4)
-# Columns of `ReportIntegrity.mean`: both components, and the variance of the mean relative to that
-# of one plot.
-MEAN_0, MEAN_1, MEAN_FACTOR = range(3)
+TIME, EAST, NORTH, EAST_RATE, NORTH_RATE, SIGMA = range(6)
+PLOT_TIME, PLOT_Z0, PLOT_Z1, PLOT_HEIGHT, PLOT_VARIANCE = range(5)
+# Columns of `ReportIntegrity.mean`: both components, the variance of the mean relative to that of
+# one plot, and the largest variance of reported positions in it.
+MEAN_0, MEAN_1, MEAN_FACTOR, MEAN_VARIANCE = range(4)
 # Columns of `ReportIntegrity.evidence`: information matrix and vector of the offset, and square of
 # the mean.
 EVIDENCE_EE, EVIDENCE_EN, EVIDENCE_NN, EVIDENCE_E, EVIDENCE_N, EVIDENCE_SQUARE = range(6)
@@ -45,9 +45,10 @@ class ReportIntegrity(NamedTuple):
         `PLAUSIBLE`, `SUSPECT`, `IMPLAUSIBLE` or `GHOST`.
     since : (s,) float64
         Start of the state, data time.
-    report : (s, 5) float64
-        Last report: time, east, north, and their rates; rates are NaN before the second report.
-    other : (s, 5) float64
+    report : (s, 6) float64
+        Last report: time, east, north, their rates, and the sigma of the position; rates are NaN
+        before the second report.
+    other : (s, 6) float64
         A report inconsistent with the last one; its time NaN for none.
     inconsistencies : (s,) float64
         Number of such reports, fading.
@@ -59,9 +60,9 @@ class ReportIntegrity(NamedTuple):
         Number of agreeing comparisons: in total, and since the last contradiction.
     waiting : (s, m) int64
         Number of plots since the last report.
-    plot : (s, m, WAITING_MAX, 4) float64
-        Their time, components and height.
-    mean : (s, m, 3) float64
+    plot : (s, m, WAITING_MAX, 5) float64
+        Their time, components and height, and the variance of a reported position.
+    mean : (s, m, 4) float64
         Mean difference to the reports; see `MEAN_FACTOR`.
     evidence : (s, m, 6) float64
         Information on the offset of the reports on the plane: see `EVIDENCE_EE`.
@@ -105,16 +106,16 @@ class ReportIntegrity(NamedTuple):
             owner=np.full(capacity, -1, np.int64),
             state=np.zeros(capacity, np.int64),
             since=np.zeros(capacity),
-            report=np.full((capacity, 5), np.nan),
-            other=np.full((capacity, 5), np.nan),
+            report=np.full((capacity, 6), np.nan),
+            other=np.full((capacity, 6), np.nan),
             inconsistencies=np.zeros(capacity),
             deviation=np.zeros(capacity),
             seen=np.full(capacity, -np.inf),
             hits=np.zeros(capacity, np.int64),
             agreements=np.zeros(capacity, np.int64),
             waiting=np.zeros(each, np.int64),
-            plot=np.zeros((*each, WAITING_MAX, 4)),
-            mean=np.zeros((*each, 3)),
+            plot=np.zeros((*each, WAITING_MAX, 5)),
+            mean=np.zeros((*each, 4)),
             evidence=np.zeros((*each, 6)),
             tests=np.zeros(each, np.int64),
             outliers=np.zeros(each, np.int64),

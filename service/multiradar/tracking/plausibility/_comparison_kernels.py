@@ -29,7 +29,7 @@ from multiradar.estimation.measurement._kernels import (
     expected_measurement,
     measures_azimuth,
 )
-from multiradar.estimation.measurement.kinds import KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.tracking.lifecycle.report_integrity import (
     EAST,
@@ -43,12 +43,15 @@ from multiradar.tracking.lifecycle.report_integrity import (
     MEAN_0,
     MEAN_1,
     MEAN_FACTOR,
+    MEAN_VARIANCE,
     NORTH,
     NORTH_RATE,
     PLOT_HEIGHT,
     PLOT_TIME,
+    PLOT_VARIANCE,
     PLOT_Z0,
     PLOT_Z1,
+    SIGMA,
     TIME,
     ReportIntegrity,
     Watch,
@@ -79,6 +82,8 @@ AGREED = 9.0
 ELSEWHERE = 16.0
 ELSEWHERE_TESTS = 2
 FAR_FROM_MEAN = 30.0
+# Ratio of the variance of reported positions below which a mean of earlier ones starts again.
+MORE_ACCURATE = 0.25
 # Maximum residual of the differences of all sensors after subtracting the common offset.
 CONSISTENT = 30.0
 # Number of scans for which a comparison remains valid.
@@ -140,13 +145,19 @@ def compare(
     v1 = (north - base[k, NORTH]) / elapsed
     x0 = base[k, EAST] + share * (east - base[k, EAST])
     x1 = base[k, NORTH] + share * (north - base[k, NORTH])
-    random = sigma * sigma * (share * share + (1.0 - share) * (1.0 - share))
+    before = base[k, SIGMA] / sigma
+    random = sigma * sigma * (share * share + before * before * (1.0 - share) * (1.0 - share))
     tall, variance = choose_height(integrity.plot[k, s, i, PLOT_HEIGHT], height, model.options)
     variance += COMMON_HEIGHT_M * COMMON_HEIGHT_M
     site, noise = model.sites[s], model.noises[s]
     p0, p1, ground, h, w = expected_measurement(
         kind, model.plane, site, noise, x0, x1, tall, variance
     )
+    reported = sigma * sigma * max(before * before, 1.0)
+    if kind == KIND_POSITION:
+        own = integrity.plot[k, s, i, PLOT_VARIANCE]
+        w = (own, 0.0, own)
+        reported += own
     e0 = integrity.plot[k, s, i, PLOT_Z0] - p0
     e1 = integrity.plot[k, s, i, PLOT_Z1] - p1
     if measures_azimuth(kind):
@@ -172,7 +183,11 @@ def compare(
     usable = usable and math.isfinite(e0) and math.isfinite(e1)
     offset = 0.0
     if usable:
+        if reported < MORE_ACCURATE * integrity.mean[k, s, MEAN_VARIANCE]:
+            integrity.tests[k, s] = 0
         note_comparison(k, s, e0, e1, d0, d1, s00, s01, s11, c00, c01, c11, integrity)
+        if integrity.tests[k, s] <= 1 or reported > integrity.mean[k, s, MEAN_VARIANCE]:
+            integrity.mean[k, s, MEAN_VARIANCE] = reported
         f = integrity.mean[k, s, MEAN_FACTOR]
         d0, d1 = integrity.mean[k, s, MEAN_0] - d0, integrity.mean[k, s, MEAN_1] - d1
         note_offset(k, s, h, d0, d1, f * s00 + b[0], f * s01 + b[1], f * s11 + b[2], integrity)

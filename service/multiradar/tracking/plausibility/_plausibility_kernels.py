@@ -26,8 +26,10 @@ from multiradar.tracking.lifecycle.report_integrity import (
     PLAUSIBLE,
     PLOT_HEIGHT,
     PLOT_TIME,
+    PLOT_VARIANCE,
     PLOT_Z0,
     PLOT_Z1,
+    SIGMA,
     SUSPECT,
     TIME,
     WAITING_MAX,
@@ -93,7 +95,7 @@ def check_rows(
     for row in range(first, last):
         if row + ROWS_AHEAD < last:
             fetch_integrity(rows.slot[row + ROWS_AHEAD], integrity)
-        k, s, time = rows.slot[row], rows.sensor[row], rows.time[row]
+        k, s, q, time = rows.slot[row], rows.sensor[row], rows.seen[row], rows.time[row]
         z0, z1, height = rows.z[row, 0], rows.z[row, 1], rows.height[row]
         if k < 0 or is_bearing(rows.kind[row]):
             continue
@@ -102,10 +104,10 @@ def check_rows(
         before = integrity.state[k]
         after, offset = before, 0.0
         if watch.self_reported[s] == 0:
-            record_plot(k, s, time, z0, z1, height, track_ids[row], model, watch, integrity)
+            record_plot(k, s, q, time, z0, z1, height, track_ids[row], model, watch, integrity)
         else:
             after, aside, offset = check_report(
-                k, s, time, z0, z1, height, track_ids[row], model, bias, bias_covariance, watch,
+                k, q, time, z0, z1, height, track_ids[row], model, bias, bias_covariance, watch,
                 integrity,
             )  # fmt: skip
             if aside:
@@ -156,10 +158,13 @@ def fetch_integrity(k: int, integrity: ReportIntegrity) -> None:
 
 @in_loop
 def record_plot(
-    k: int, s: int, time: float, z0: float, z1: float, height: float, track: int, model: Model,
-    watch: Watch, integrity: ReportIntegrity,
+    k: int, s: int, q: int, time: float, z0: float, z1: float, height: float, track: int,
+    model: Model, watch: Watch, integrity: ReportIntegrity,
 ) -> None:  # fmt: skip
-    """Store a plot until the next report, and update the coverage of its radar."""
+    """Store a plot until the next report, and update the coverage of its radar.
+
+    ``q`` is `Rows.seen`: a position may have its own accuracy.
+    """
     watch.alive[s] = time
     if watch.kind[s] == KIND_RADAR and z0 > 0.0:
         watch.farthest[s] = max(watch.farthest[s], z0)
@@ -176,18 +181,22 @@ def record_plot(
         integrity.plot[k, s, at, PLOT_Z0] = z0
         integrity.plot[k, s, at, PLOT_Z1] = z1
         integrity.plot[k, s, at, PLOT_HEIGHT] = height
+        integrity.plot[k, s, at, PLOT_VARIANCE] = model.noises[q, 2]
         integrity.waiting[k, s] = at + 1
 
 
 @in_loop
 def check_report(
-    k: int, s: int, time: float, east: float, north: float, height: float, track: int,
+    k: int, q: int, time: float, east: float, north: float, height: float, track: int,
     model: Model, bias: Floats, bias_covariance: Floats, watch: Watch, integrity: ReportIntegrity,
 ) -> tuple[int, bool, float]:  # fmt: skip
-    """Return the state after a report, whether it is rejected, and its offset, m."""
+    """Return the state after a report, whether it is rejected, and its offset, m.
+
+    ``q`` is `Rows.seen`: the report may have its own accuracy.
+    """
     if integrity.owner[k] != track:
         initialise(k, track, integrity)
-    sigma = math.sqrt(model.noises[s, 2])
+    sigma = math.sqrt(model.noises[q, 2])
     state = integrity.state[k]
     supported = time - integrity.seen[k] <= watch.support_s
     elapsed = time - integrity.report[k, TIME]
@@ -202,7 +211,7 @@ def check_report(
         integrity.agreements[k] = 0
         if (
             REPORT_STEP_S <= passed <= REPORT_GAP_S
-            and beside <= JUMP_SIGMAS * sigma + SPEED_MAX * passed
+            and beside <= JUMP_SIGMAS * max(sigma, integrity.other[k, SIGMA]) + SPEED_MAX * passed
         ):
             broke = True
             reset_comparisons(k, integrity)
@@ -210,13 +219,14 @@ def check_report(
                 k, time, east, north, height, sigma, integrity.other, model, bias, bias_covariance,
                 watch, integrity,
             )  # fmt: skip
-            accept_report(k, time, east, north, integrity.other, integrity)
+            accept_report(k, time, east, north, sigma, integrity.other, integrity)
         elif not passed < REPORT_STEP_S:
             integrity.other[k, TIME], integrity.other[k, EAST], integrity.other[k, NORTH] = (
                 time,
                 east,
                 north,
             )
+            integrity.other[k, SIGMA] = sigma
     elif not elapsed < REPORT_STEP_S:
         integrity.inconsistencies[k] = max(0.0, integrity.inconsistencies[k] - INCONSISTENCY_DECAY)
         if elapsed <= REPORT_GAP_S:
@@ -224,7 +234,7 @@ def check_report(
                 k, time, east, north, height, sigma, integrity.report, model, bias, bias_covariance,
                 watch, integrity,
             )  # fmt: skip
-        accept_report(k, time, east, north, integrity.report, integrity)
+        accept_report(k, time, east, north, sigma, integrity.report, integrity)
     after = state
     if broke and supported and state in (PLAUSIBLE, GHOST):
         after = SUSPECT
@@ -300,10 +310,11 @@ def is_jump(
     """Return whether no aircraft can fly from the last reports to this one."""
     report = integrity.report
     east_rate, north_rate = report[k, EAST_RATE], report[k, NORTH_RATE]
-    most = JUMP_SIGMAS * sigma + 0.5 * JUMP_ACCELERATION * elapsed * elapsed
+    worse = max(sigma, report[k, SIGMA])
+    most = JUMP_SIGMAS * worse + 0.5 * JUMP_ACCELERATION * elapsed * elapsed
     if np.isnan(east_rate):
         east_rate, north_rate = 0.0, 0.0
-        most = JUMP_SIGMAS * sigma + SPEED_MAX * elapsed
+        most = JUMP_SIGMAS * worse + SPEED_MAX * elapsed
     d0 = east - report[k, EAST] - elapsed * east_rate
     d1 = north - report[k, NORTH] - elapsed * north_rate
     flown = math.hypot(east - report[k, EAST], north - report[k, NORTH])
@@ -313,8 +324,9 @@ def is_jump(
 
 @in_loop
 def accept_report(
-    k: int, time: float, east: float, north: float, base: Floats, integrity: ReportIntegrity
-) -> None:
+    k: int, time: float, east: float, north: float, sigma: float, base: Floats,
+    integrity: ReportIntegrity,
+) -> None:  # fmt: skip
     """Store a report as the last one; `base` holds the one before it."""
     report = integrity.report
     elapsed = time - base[k, TIME]
@@ -330,6 +342,7 @@ def accept_report(
     report[k, EAST_RATE] = e if joined else np.nan
     report[k, NORTH_RATE] = n if joined else np.nan
     report[k, TIME], report[k, EAST], report[k, NORTH] = time, east, north
+    report[k, SIGMA] = sigma
     integrity.other[k, TIME] = np.nan
     for s in range(integrity.waiting.shape[1]):
         integrity.waiting[k, s] = 0

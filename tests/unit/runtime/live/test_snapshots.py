@@ -222,7 +222,7 @@ def _cut(path: Path, _rows: Path) -> None:
 
 
 def _newer(path: Path, _rows: Path) -> None:
-    path.write_bytes(path.read_bytes().replace(b"snapshot 1\n", b"snapshot 2\n", 1))
+    path.write_bytes(path.read_bytes().replace(b"snapshot 2\n", b"snapshot 3\n", 1))
 
 
 def _no_rows(_path: Path, rows: Path) -> None:
@@ -240,7 +240,7 @@ def _other_rows(_path: Path, rows: Path) -> None:
         (_flip, "damaged: the SHA-256 does not match"),
         (_cut, "damaged: the SHA-256 does not match"),
         (lambda path, _: path.write_bytes(b""), "damaged: no snapshot header"),
-        (_newer, "expected format 1, was 2"),
+        (_newer, "expected format 2, was 3"),
         (_no_rows, "No such file"),
         (_other_rows, "damaged: the SHA-256 does not match"),
     ],
