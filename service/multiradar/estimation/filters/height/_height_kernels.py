@@ -217,7 +217,8 @@ def evaluate_height(
     source = REPORTED if kind == KIND_POSITION else MODE_C
     result = ACCEPTED
     if source != vertical[k, SOURCE]:
-        kept = source == REPORTED and time - vertical[k, RECEIVED_AT] <= MODE_C_KEPT_S
+        kept = source == REPORTED and vertical[k, SOURCE] == MODE_C
+        kept = kept and time - vertical[k, RECEIVED_AT] <= MODE_C_KEPT_S
         result = NOTHING if kept else INITIATED
     elif not e * e <= DOUBT_SQUARED * (spread + variance):
         agreed = doubts(measured, time, k, vertical) <= BELIEVED

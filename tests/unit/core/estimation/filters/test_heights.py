@@ -190,6 +190,20 @@ def test_reported_heights_do_not_mix_with_mode_c() -> None:
     assert one.state == (9144.0, 2.0)
 
 
+def test_reported_heights_do_not_wait_for_a_height_of_the_surface() -> None:
+    """After take-off: a surface radar gave the height of its site until a moment before."""
+    one = unheard()
+    for number in range(10):
+        one.hear(float(number), 100.0, dt=1.0, kind=heights.KIND_SURFACE, begins=number == 0)
+    assert one.hear(10.0, 115.0, dt=1.0, kind=KIND_POSITION)[0] == heights.INITIATED
+    for number in range(11, 40):
+        one.hear(float(number), 100.0 + 15.0 * (number - 9), dt=1.0, kind=KIND_POSITION)
+    assert one.state == pytest.approx((550.0, 15.0), abs=15.0)
+    # Mode C replaces them, and then they wait.
+    assert one.hear(40.0, 500.0, dt=1.0)[0] == heights.INITIATED
+    assert one.hear(41.0, 580.0, dt=1.0, kind=KIND_POSITION)[0] == heights.NOTHING
+
+
 def informs(one: Height, look: tuple[int, float, float], slant_m: float) -> bool:
     noises = np.array([[40.0**2, 1e-6, 0.0, 300.0]])
     found = heights.height_informs(
