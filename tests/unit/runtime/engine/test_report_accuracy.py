@@ -5,6 +5,7 @@ import polars as pl
 import pytest
 
 from multiradar.evaluation.smoothing.reference import smoothed_reference
+from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.plot_rows import plot_rows
 from multiradar.runtime.trajectories.plots import PLOT_DTYPE
@@ -78,6 +79,43 @@ def test_accurate_reports_weigh_more(name: str) -> None:
     weighed, ratio = errors(name, accuracies=True)
     assert weighed < 0.5 * plain
     assert 0.3 < ratio < 1.6
+
+
+@pytest.mark.parametrize("name", ["two-stage", "imm", "joint"])
+def test_unknown_heights_are_estimated_with_the_accuracy_of_reports(name: str) -> None:
+    """No sensor knows the height: it follows from the ranges where the reports say it is."""
+    radar = """
+[[sensor]]
+id = "radar"
+kind = "radar"
+latitude_deg = 47.0
+longitude_deg = 8.2
+height_m = 0.0
+"""
+    reports, truth = flight(accuracies=False)
+    site = np.radians(47.0), np.radians(8.2), 0.0
+    feet = np.radians(truth), np.full(COUNT, np.radians(8.0))
+    slant_m, azimuth_rad, _ = slant_range_azimuth(site, *feet, np.full(COUNT, 9000.0))
+    plots = reports.with_columns(
+        pl.col("time_s") + 0.5, sensor_id=pl.lit("radar"), kind=pl.lit("radar"),
+        range_m=pl.Series(slant_m), azimuth_deg=pl.Series(np.degrees(azimuth_rad)),
+        latitude_deg=pl.lit(None, pl.Float64), longitude_deg=pl.lit(None, pl.Float64),
+    )  # fmt: skip
+    found = []
+    for sensor_sigma_m, sigma_m in ((500.0, None), (100.0, 500.0)):
+        known = reports.with_columns(position_sigma_m=pl.lit(sigma_m, pl.Float64))
+        frame = pl.concat([known, plots]).with_columns(height_m=pl.lit(None, pl.Float64))
+        sensors = SENSORS.replace("100.0", str(sensor_sigma_m)) + radar
+        table = sensor_table(parse_sensors(sensors))
+        batch, _ = measurement_batch(frame.sort("time_s").head(120), table)
+        engine = Engine(table, TrackingSettings(filter_name=name))
+        updates = [one.updates for one in (engine.push(batch), engine.flush())]
+        engine.close()
+        columns = ("latitude_rad", "height_m", "position_sigma_m", "height_sigma_m")
+        parts = [[getattr(one, column) for one in updates] for column in columns]
+        found.append(np.array([np.concatenate(part) for part in parts]))
+    assert found[0].shape[1] > 100
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
 
 
 @pytest.mark.parametrize("accuracies", [True, False])

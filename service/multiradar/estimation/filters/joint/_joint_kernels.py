@@ -224,7 +224,7 @@ def process_row(
     innovations: Floats,
 ) -> int:
     """Apply the action of a row: initiate the aircraft, or predict it and update everything."""
-    kind, s = rows.kind[row], rows.sensor[row]
+    kind, s, q = rows.kind[row], rows.sensor[row], rows.seen[row]
     height, variance = check[1], check[2]
     heights, vertical = aircraft.height, aircraft.vertical
     source, measured = height_of_row(grounded, kind, rows.height[row], model.noises[s, 3])
@@ -251,7 +251,7 @@ def process_row(
     if unknown:
         copy_block(aircraft.joint, first, aircraft.covariance[k])
         estimate_height(
-            check, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model,
+            check, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, q, model,
             aircraft.mean, aircraft.covariance, aircraft.sensitivity, vertical, height_estimate,
         )  # fmt: skip
         change = first_height_change(check, k, heights, vertical)
@@ -263,7 +263,7 @@ def process_row(
     aircraft.time[k] = rows.time[row]
     # As in `_step_kernels.process_rows`: not with an unknown height, or measured from one site.
     informs = aircraft.measured_from[k] != model.site_numbers[s] and height_informs(
-        check, kind, rows.z[row, 0], k, s, heights, vertical, model.noises
+        check, kind, rows.z[row, 0], k, q, heights, vertical, model.noises
     )
     spread = aircraft.joint[first + 2, first + 2] + aircraft.joint[first + 3, first + 3]
     if stands(grounded, aircraft.mean[k, 2], aircraft.mean[k, 3], spread):
