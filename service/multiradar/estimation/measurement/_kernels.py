@@ -283,7 +283,8 @@ def directional_column(
 ) -> tuple[Numbers, Numbers]:
     """Return a column of J that depends on the direction: eccentricity, or a local frame.
 
-    East and north of the frame are those at the site; the plane is nearly parallel to it.
+    East and north of the frame are those at the site; the plane is nearly parallel to it. The angle
+    by which a shifted frame turns bearings depends on the unknown distance, and is neglected.
     """
     j0, j1 = broadcast_like(0.0, p0), broadcast_like(0.0, p0)
     if kind == KIND_POSITION:
@@ -301,9 +302,13 @@ def directional_column(
         elif parameter == PARAMETER_AZIMUTH_COSINE:
             j1 = cosine
         elif parameter == PARAMETER_FRAME_EAST:
-            j0, j1 = sine, cosine / p0
+            j0 = sine
+            if not is_bearing(kind):
+                j1 = cosine / p0
         elif parameter == PARAMETER_FRAME_NORTH:
-            j0, j1 = cosine, -sine / p0
+            j0 = cosine
+            if not is_bearing(kind):
+                j1 = -sine / p0
     return j0, j1
 
 

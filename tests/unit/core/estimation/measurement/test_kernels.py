@@ -63,6 +63,14 @@ def test_bias_column_of_a_position_is_the_displacement_of_its_frame(
     np.testing.assert_allclose(found, expected[parameter], rtol=1e-14)
 
 
+@pytest.mark.parametrize("kind", [kinds.KIND_BEARING, kinds.KIND_DIRECTION])
+@pytest.mark.parametrize("name", ["frame_east_m", "frame_north_m"])
+def test_bearings_have_no_bias_that_depends_on_their_distance(kind: int, name: str) -> None:
+    parameter = PARAMETER_NAMES.index(name)
+    found = plain(kernels.bias_column)(kind, parameter, SITE, 0.0, 1.2, 0.1, 0.2)
+    assert found == (0.0, 0.0)
+
+
 @BOTH
 def test_spread_of_the_biases_is_j_p_jt(form: str) -> None:
     rng = np.random.default_rng(1)
