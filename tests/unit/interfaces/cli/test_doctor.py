@@ -16,6 +16,7 @@ from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.settings.service import load_settings
 from multiradar.storage.entries import Entry, EntryKind
+from multiradar.storage.snapshots import FORMAT_VERSION
 from multiradar.storage.sqlite.file_lock import FileLock
 from multiradar.storage.sqlite.growth import Growth, growth_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
@@ -127,7 +128,8 @@ def test_a_damaged_snapshot_is_a_warning_of_its_own(
 ) -> None:
     snapshots = _written(folder) / "journal.sqlite-snapshots"
     snapshots.mkdir()
-    (snapshots / "000000000007.snapshot").write_bytes(b"multiradar snapshot 1\n")
+    begin = b"multiradar snapshot %d\n" % FORMAT_VERSION
+    (snapshots / "000000000007.snapshot").write_bytes(begin)
     found = _doctor(capsys)
     assert (found["journal"]["level"], found["snapshots"]["level"]) == ("ok", "warning")
     assert "000000000007.snapshot: damaged: " in found["snapshots"]["text"]
