@@ -302,8 +302,8 @@ class Service:
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:
         """Submit the end of a stream: the reorder buffer is emptied; see `OperatedSink.flush`."""
-        live = [] if force else self._watch.host_clock.live()
-        if live:
+        known = idempotency_key is not None and self.has_message(idempotency_key)
+        if not (force or known) and (live := self._watch.host_clock.live()):
             raise LiveStreamError(live)
         return self._put_mark(EntryKind.FLUSH, source, idempotency_key)
 

@@ -115,3 +115,13 @@ def test_a_live_stream_ends_only_by_force() -> None:
         assert not submit(live.service, row).rejected
         live.service.flush(source="test", force=True).result(WAIT_TIMEOUT_S)
         assert submit(live.service, row).rejected[0].code == "TIME_LATE"
+
+
+def test_a_repeated_end_of_a_stream_is_a_duplicate_also_while_data_arrive() -> None:
+    with Live() as live:
+        settled(live.service)
+        for force, duplicate in ((True, False), (False, True)):
+            done = live.service.flush(source="test", idempotency_key="end", force=force)
+            assert done.result(WAIT_TIMEOUT_S).duplicate == duplicate
+        with pytest.raises(LiveStreamError):
+            live.service.flush(source="test", idempotency_key="another end")
