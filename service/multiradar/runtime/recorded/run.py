@@ -157,14 +157,12 @@ class RecordedRun:
         return self._tracks.span_s
 
     def extent_deg(self) -> tuple[float, float, float, float] | None:
-        """Return the west, south, east and north end of confirmed tracks, degrees; None without."""
-        latitude, longitude = pl.col("latitude_deg"), pl.col("longitude_deg")
+        """Return the west, south, east and north end of confirmed tracks, degrees; None without.
+
+        East of the antimeridian, longitudes continue above 180.
+        """
         rows = scan_parts(self.files.tables[TRACKS_FILE]).filter(pl.col("state") == "confirmed")
-        ends = rows.select(
-            west=longitude.min(), south=latitude.min(), east=longitude.max(), north=latitude.max()
-        )
-        west, south, east, north = ends.collect().row(0)
-        return None if west is None else (west, south, east, north)
+        return extent_of(rows)
 
     def measured_span_s(self) -> tuple[float, float] | None:
         """Return the time of the first and of the last measurement, s; None without them."""
@@ -325,6 +323,24 @@ def _page(
         rows = rows.filter(pl.col("time_s") <= until_s)
     last = since_s is None or until_s is not None
     return (rows.tail(limit) if last else rows.head(limit)).collect()
+
+
+def extent_of(tracks: pl.LazyFrame) -> tuple[float, float, float, float] | None:
+    """Return the ends of rows with positions; see `RecordedRun.extent_deg`."""
+    latitude, longitude = pl.col("latitude_deg"), pl.col("longitude_deg")
+    # Westwards and eastwards of the antimeridian together, if that is narrower.
+    turned = longitude % 360.0
+    ends = tracks.select(
+        longitude.min(), longitude.max().alias("east"), turned.min().alias("turned_west"),
+        turned.max().alias("turned_east"), latitude.min().alias("south"),
+        latitude.max().alias("north"),
+    )  # fmt: skip
+    west, east, turned_west, turned_east, south, north = ends.collect().row(0)
+    if west is None:
+        return None
+    if east - west > 180.0 and turned_east - turned_west < east - west:
+        west, east = turned_west, turned_east
+    return west, south, east, north
 
 
 def _report(path: Path) -> dict[str, Any]:
