@@ -67,13 +67,16 @@ from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
 from multiradar.diagnosis.single_sensor.height_units import check_height_unit
 from multiradar.diagnosis.single_sensor.jumps import check_jumps
-from multiradar.diagnosis.single_sensor.steps import check_rounded, check_wrapped
+from multiradar.diagnosis.single_sensor.steps import (
+    POSITION_SIGMA_M,
+    check_rounded,
+    check_wrapped,
+)
 from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.longitudes import median_longitude
 from multiradar_converters.vid.text.lines import BY_PROFILE
 from multiradar_schemas.reject import RejectCode
-from multiradar_schemas.sensors.sensor import Sensor
 
 _READINGS = (
     *RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, *EXCHANGED_UNITS, MIRRORED, *RARE_RANGE_UNITS
@@ -92,8 +95,6 @@ _AZIMUTH_REASON = re.compile(r"azimuth: expected 0 to 360 °, was '(-?\d+\.?\d*)
 #: Plots of a source of which this fraction are equal to others come from a file that was copied.
 COPIES_MIN = 1.0 / 3.0
 _MEASURED = ("time_s", "range_m", "azimuth_deg")
-#: Of reported positions, where it is not configured, m.
-_POSITION_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
 #: Fraction of the plots that fit their positions in the recording, at least.
 _FITS_MIN = 0.2
 _POSITIONS_DIFFER = "positions_differ"
@@ -187,7 +188,7 @@ def check_reported(name: str, reports: Plots) -> list[Diagnosis]:
     """
     found = (
         check_identities(name, reports, None)
-        or check_rounded(name, reports, {"latitude_deg": _POSITION_SIGMA_M}, configured=False)
+        or check_rounded(name, reports, {"latitude_deg": POSITION_SIGMA_M}, configured=False)
         or check_reports(name, reports)
     )
     return [] if found is None else [found]

@@ -10,7 +10,10 @@ from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.noise import two_digits
 from multiradar.diagnosis.plots import Floats, Plots
 from multiradar.geodesy.geodesic import EARTH_RADIUS_M
+from multiradar_schemas.sensors.sensor import Sensor
 
+#: Of reported positions, where it is not configured, m.
+POSITION_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
 #: Plots that show a step.
 _PLOTS_MIN = 100
 #: Tolerance of a step as a fraction of it, and of whole numbers.

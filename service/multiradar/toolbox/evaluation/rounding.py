@@ -3,12 +3,9 @@
 import numpy as np
 
 from multiradar.diagnosis.plots import KEYS, Plots
-from multiradar.diagnosis.single_sensor.steps import check_rounded
+from multiradar.diagnosis.single_sensor.steps import POSITION_SIGMA_M, check_rounded
 from multiradar.evaluation.trajectories import Reference
-from multiradar_schemas.sensors.sensor import Sensor
 
-#: Of positions as aircraft report them, m: a smaller error of rounding is not named.
-_SIGMA_M = float(Sensor.model_fields["position_sigma_m"].default)
 #: Decimals of degrees, a tenth of a millimetre.
 _DECIMALS = 9
 #: More rows are thinned.
@@ -40,6 +37,9 @@ def rounded_positions(reference: Reference) -> list[str]:
         keys=keys,
     )
     found = check_rounded(
-        "the reference", rows.thinned(_ROWS_MAX), {"latitude_deg": _SIGMA_M}, configured=False
+        "the reference",
+        rows.thinned(_ROWS_MAX),
+        {"latitude_deg": POSITION_SIGMA_M},
+        configured=False,
     )
     return [] if found is None else [found.sentence]
