@@ -95,9 +95,7 @@ class PastRows:
 
     def plots_until(self, track_id: int, until_s: float) -> NDArray[np.void]:
         """Return the last measurements of a track up to a time, rows of `PLOT_DTYPE`."""
-        rows = self.plots.read(track_id, None, self.plots.capacity)
-        found: NDArray[np.void] = rows[rows["time_s"] <= until_s][-POINTS_MAX:]
-        return found
+        return self.plots.read_until(track_id, None, until_s, POINTS_MAX)
 
     def started_s(self, track_id: int) -> float | None:
         """Return when a track was initiated, s; None if that is not retained."""
