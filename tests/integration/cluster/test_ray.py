@@ -15,11 +15,9 @@ import pytest
 
 from support.paths import ROOT, TESTS
 from support.processes.waiting import run_to_end
+from support.required import skip_unless_required
 from validation.service.namespace import in_namespace, why_no_namespace
 from validation.tracker.archive_days import date_of, write_days
-
-#: With this variable set, missing Ray or a missing namespace is an error.
-REQUIRED = "TEST_CLUSTER_REQUIRED"
 
 Found = dict[str, Any]
 
@@ -35,10 +33,8 @@ def why_not() -> str:
 @pytest.fixture(name="cluster", scope="session")
 def _cluster() -> None:
     reason = why_not()
-    if reason and os.environ.get(REQUIRED):
-        pytest.fail(f"{reason}; required here")
     if reason:
-        pytest.skip(f"cluster test not run: {reason}")
+        skip_unless_required("cluster", reason)
 
 
 @pytest.fixture(scope="session")

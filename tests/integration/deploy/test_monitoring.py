@@ -6,24 +6,33 @@ import shutil
 from collections.abc import Iterator
 from typing import Any
 
+import polars as pl
 import pytest
 import yaml
 from prometheus_client import CollectorRegistry
 from prometheus_client.metrics_core import Metric
 
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.metrics import REGISTRY, watch
 from multiradar.observability.pipeline_metrics import PipelineCollector, ReadinessCollector
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.readiness import CODES
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import sensor_table
+from multiradar_schemas.sensors.sensor import SensorsFile
 from support.paths import ROOT
 from support.processes.live_services import services, settled, submit
-from support.processes.waiting import run_to_end
-from support.scenarios.live_scene import recording
+from support.processes.waiting import WAIT_TIMEOUT_S, run_to_end
+from support.required import skip_unless_required
+from support.scenarios.live_scene import recording, sensors_file
 
 MONITORING = ROOT / "deploy" / "monitoring"
+#: A radar, and its name in a second network.
+TWICE = {"41-10": "43-10"}
 PROMTOOL = shutil.which("promtool")
 _SELECTOR = re.compile(r"\b((?:multiradar|process)_\w+)(?:\{([^}]*)\})?")
 _GROUPED = re.compile(r"(?:by|on) \(([^)]*)\)")
@@ -58,11 +67,16 @@ def _expressions() -> list[tuple[str, str]]:
 def metrics(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[dict[str, str]]]]:
     """Return the labels of the series of a service by metric; those without any are declared."""
     registry = CollectorRegistry()
+    table = _two_networks()
     with services() as start:
-        service = start(SqliteJournal(tmp_path_factory.mktemp("journal") / "journal.sqlite", ""))
+        journal = SqliteJournal(tmp_path_factory.mktemp("journal") / "journal.sqlite", "")
+        service = start(journal, lambda: Engine(table, TrackingSettings()), table)
         gateway = ZenohGateway(service, ZenohOptions(), open_bus=lambda _: MemoryBus())
         service.publication.count_edge("zenoh", gateway.document)
-        submit(service, recording(40))
+        rows = recording(40)
+        submit(service, rows)
+        submit(service, rows.with_columns(pl.col("sensor_id").replace(TWICE)))
+        service.flush(source="test").result(WAIT_TIMEOUT_S)
         settled(service)
         watch(registry, PipelineCollector(service.view.status))
         watch(registry, ReadinessCollector(service, CODES))
@@ -71,6 +85,19 @@ def metrics(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
             for family in [*registry.collect(), *REGISTRY.collect()]
             for name, labels in _series(family)
         }
+
+
+def _two_networks() -> SensorTable:
+    """The sensors, one of them received through a second network, too."""
+    sensors = sensors_file().sensor
+    return sensor_table(
+        SensorsFile(
+            sensor=tuple(
+                one.model_copy(update={"also": (TWICE[one.id],)}) if one.id in TWICE else one
+                for one in sensors
+            )
+        )
+    )
 
 
 def _series(family: Metric) -> Iterator[tuple[str, list[dict[str, str]]]]:
@@ -116,8 +143,18 @@ def test_every_reason_has_an_alert_and_alerts_say_what_is_the_case() -> None:
     assert 'multiradar_unready{reason!="STANDBY"} == 1' in [rule["expr"] for rule in rules]
 
 
-@pytest.mark.skipif(PROMTOOL is None, reason="promtool is not installed")
+def test_each_alert_is_tested_where_it_fires_and_where_it_does_not() -> None:
+    document = yaml.safe_load((MONITORING / "alerts_test.yaml").read_text(encoding="utf-8"))
+    cases = [case for group in document["tests"] for case in group["alert_rule_test"]]
+    found = {bool(case["exp_alerts"]): set[str]() for case in cases}
+    for case in cases:
+        found[bool(case["exp_alerts"])].add(case["alertname"])
+    names = {rule["alert"] for rule in _rules()}
+    assert found == {True: names, False: names}
+
+
 def test_alerts_fire_as_their_tests_expect() -> None:
-    assert PROMTOOL is not None
+    if PROMTOOL is None:
+        skip_unless_required("promtool", "promtool is not installed")
     tested = run_to_end([PROMTOOL, "test", "rules", "alerts_test.yaml"], cwd=MONITORING)
     assert tested.returncode == 0, tested.stdout + tested.stderr

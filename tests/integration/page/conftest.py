@@ -1,6 +1,5 @@
 """A service with simulated traffic, and a browser."""
 
-import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,9 +21,8 @@ from multiradar.wire import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S
+from support.required import skip_unless_required
 
-#: With this variable set, a missing browser is an error.
-REQUIRED = "TEST_BROWSER_REQUIRED"
 #: Names of the browser; the first that is installed is used.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 #: Without a screen and a graphics processor, and without connections of the browser's own; pages
@@ -117,10 +115,8 @@ def air(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Air]:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if found is None and os.environ.get(REQUIRED):
-        pytest.fail(f"no browser is installed; one of {', '.join(BROWSERS)} is required here")
     if found is None:
-        pytest.skip("browser test not run: no Chromium or Chrome is installed")
+        skip_unless_required("browser", "no Chromium or Chrome is installed")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=found, args=list(OPTIONS))
         yield browser

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import polars as pl
 
 from multiradar.errors import JournalError
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
@@ -31,13 +32,14 @@ def services() -> Iterator[Starter]:
     def make(
         journal: Journal | None = None,
         engine: Callable[[], TrackingEngine] = FakeEngine,
+        table: SensorTable = TABLE,
         **limits: float,
     ) -> Service:
         kept = journal or MemoryJournal()
         service = Service(
             open_journal=lambda: kept,
             open_engine=engine,
-            sensors=TABLE,
+            sensors=table,
             tracking=TrackingSettings(),
             limits=RuntimeLimits(**limits),  # type: ignore[arg-type]
         )
