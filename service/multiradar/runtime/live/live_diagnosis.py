@@ -283,6 +283,9 @@ def _sensor_of(row: RejectedRow) -> str:
     source = row.reason.partition(UNKNOWN_SOURCE)[2]
     if source:
         return source
+    if not row.raw:
+        # Of a storm, most rows are kept without their content.
+        return ""
     try:
         raw: Any = json.loads(row.raw)
     except ValueError:

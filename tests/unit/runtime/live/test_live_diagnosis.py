@@ -4,6 +4,7 @@ import json
 import logging
 import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import polars as pl
@@ -262,6 +263,23 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
     (found,) = diagnosis.records()
     assert (found["sensor_id"], found["code"]) == ("1-10", "measurements_lost")
     assert "900 OUT_OF_RANGE" in found["sentence"]
+    diagnosis.stop()
+
+
+def test_rows_kept_without_their_content_are_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most rows of a storm: decoding an empty text costs more than all else about such a row."""
+    decoded: list[str] = []
+
+    def loads(text: str) -> Any:
+        decoded.append(text)
+        return json.loads(text)
+
+    monkeypatch.setattr(live_diagnosis, "json", SimpleNamespace(loads=loads))
+    diagnosis = opened()
+    raw = json.dumps({"sensor_id": "1-10"})
+    rejects = [RejectedRow(row, "RATE_EXCEEDED", "too many", "") for row in range(1, 900)]
+    diagnosis.record(recording().frame, [RejectedRow(0, "RATE_EXCEEDED", "x", raw), *rejects])
+    assert decoded == [raw]
     diagnosis.stop()
 
 
