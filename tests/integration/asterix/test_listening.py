@@ -143,6 +143,31 @@ def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
     assert content.startswith(bytes.fromhex(reject["raw"].partition("…")[0]))
 
 
+def test_forged_times_of_one_radar_cost_the_other_nothing(
+    serving: Callable[..., Application],
+) -> None:
+    """A datagram names its radar, and anyone on the network of the radars may send it."""
+    application = serving({"name": "group", "address": GROUP, "port": 0})
+    now_s, forged = time.time(), 0
+    whole = asterix_scene.datagrams(now_s - 4.0 * (TURNS + 1), TURNS)
+    with sender() as out:
+        for number, (_, octets) in enumerate(whole):
+            # Almost a minute ahead, as far as a measurement may be ahead of this machine.
+            times = [(now_s + 50.0 + 0.1 * number + 0.02 * one) % 86_400.0 for one in range(5)]
+            false = block(48, *[plot_048(one, source="290a") for one in times])
+            for one in (false, octets):
+                out.sendto(one, address(application.asterix_endpoints[0]))
+            forged += len(false)
+    document = settled(application, forged + sum(len(octets) for _, octets in whole))
+    assert document["rejected_by_code"] == {}
+    other = document["arrivals"]["41-20"]
+    assert (other["received"], other["late"]) == (asterix_scene.records(TURNS) / 2, 0)
+    # The data time did not follow.
+    assert now_s - 10.0 < document["data_time_s"] < now_s
+    # The radar is named.
+    assert document["asterix"]["clocks"]["41-10"]["clock_offset_s"] > 10.0
+
+
 def test_an_unavailable_address_is_reported(serving: Callable[..., Application]) -> None:
     with pytest.raises(ConfigurationError, match=r"udp 192\.0\.2\.1:8600 on .*: cannot"):
         serving({"address": "192.0.2.1", "port": 8600, "senders": ["192.0.2.0/24"]})

@@ -105,7 +105,7 @@ def _series(family: Metric) -> Iterator[tuple[str, list[dict[str, str]]]]:
     yield name, [sample.labels for sample in family.samples if sample.name == name]
 
 
-#: In real time only; `test_silence` reads them.
+#: In real time only; `tests/unit/runtime/live/test_silence.py` reads them from the metrics.
 _REAL_TIME = {"multiradar_data_delay_s", "multiradar_silence_s"}
 #: Labels of series that exist after an event only.
 _LABELS = {

@@ -27,6 +27,11 @@ from support.scenarios.zenoh_scene import StreamingView, connections, free_endpo
 
 FOLDER = ROOT / "deploy/zenoh"
 JSON = "application/json"
+#: Keys on which the service alone publishes, and expressions that contain them.
+OUTPUT = (
+    "tracks/7", "ended/7", "biases/41-10", "status", "sensors/41-10", "forecasts/7", "encounters",
+    "plots/7", "residuals", "regions", "instances/x", "tracks/*", "**", "tracks/7/@adv/pub/a/1/_",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["loopback.json5", "router.json5", "mtls.json5", "service.json5"])
@@ -88,6 +93,34 @@ def test_the_configuration_of_one_machine_carries_updates(tmp_path: Path) -> Non
         service.stop()
 
 
+def test_clients_on_one_machine_cannot_speak_for_the_service(tmp_path: Path) -> None:
+    text = (FOLDER / "loopback.json5").read_text(encoding="utf-8")
+    endpoint = free_endpoint()
+    file = tmp_path / "loopback.json5"
+    file.write_text(text.replace("tcp/127.0.0.1:7447", endpoint), encoding="utf-8")
+    view = StreamingView()
+    sink = FakeService(view=view)
+    service = ZenohGateway(sink, ZenohOptions(config_file=file, status_period_s=0.2))
+    service.start()
+    try:
+        with (
+            zenoh.open(client_config(endpoint)) as victim,
+            zenoh.open(client_config(endpoint)) as forger,
+        ):
+            received = subscribed(victim, "multiradar/v1/**")
+            wait_until(lambda: bool(received), "the status")
+            forge(forger)
+            # What the forger sent before has arrived when this has.
+            forger.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
+            wait_until(lambda: bool(sink.submissions), "the measurements")
+            view.publish_updates([7])
+            wait_until(lambda: b'"track_id":7' in b"".join(received), "the update")
+            assert document(victim, "multiradar/v1/status")["event_sequence"] == 1
+    finally:
+        service.stop()
+    assert [one for one in received if one in (b"forged", b"")] == []
+
+
 def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path: Path) -> None:
     clients, own = free_endpoint(), free_endpoint().replace("tcp/", "ws/")
     text = (FOLDER / "router.json5").read_text(encoding="utf-8")
@@ -107,7 +140,6 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
         config_file=of_service, access=AccessSettings(clients=listed()), status_period_s=0.2
     )
     service = ZenohGateway(sink, options)
-    received: list[tuple[str, bytes]] = []
     with zenoh.open(zenoh.Config.from_file(str(file))):
         service.start()
         try:
@@ -115,27 +147,14 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
                 zenoh.open(client_config(clients)) as victim,
                 zenoh.open(client_config(clients)) as forger,
             ):
-                victim.declare_subscriber(
-                    "multiradar/v1/**",
-                    lambda sample: received.append(
-                        (str(sample.key_expr), sample.payload.to_bytes())
-                    ),
-                )
+                received = subscribed(victim, "multiradar/v1/**")
                 wait_until(lambda: bool(received), "the status")
-                for key in ("tracks/7", "status", "biases/41-10", "instances/x"):
-                    forger.put(f"multiradar/v1/{key}", b"forged")
-                    forger.delete(f"multiradar/v1/{key}")
-                forger.declare_queryable(
-                    "multiradar/v1/status", lambda query: query.reply(query.key_expr, b"forged")
-                )
+                forge(forger)
                 # What the forger sent before has arrived when this has.
                 forger.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
                 wait_until(lambda: bool(sink.submissions), "the measurements")
                 view.publish_updates([7])
-                wait_until(
-                    lambda: any(b'"track_id":7' in payload for _, payload in received),
-                    "the update",
-                )
+                wait_until(lambda: b'"track_id":7' in b"".join(received), "the update")
                 assert document(victim, "multiradar/v1/status")["event_sequence"] == 1
                 receipt = document(
                     victim,
@@ -151,7 +170,7 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
                 assert (sink.flushes, sink.clocks) == ([], [])
         finally:
             service.stop()
-    assert [key for key, payload in received if payload in (b"forged", b"")] == []
+    assert [one for one in received if one in (b"forged", b"")] == []
 
 
 def test_clients_of_the_router_may_ask_for_all_output() -> None:
@@ -205,6 +224,25 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     scene.gateway.start()
     yield scene
     scene.gateway.stop()
+
+
+def subscribed(session: zenoh.Session, *keys: str) -> list[bytes]:
+    """Return a list of the content of all samples on these keys, which grows."""
+    received: list[bytes] = []
+    for key in keys:
+        session.declare_subscriber(key, lambda one: received.append(one.payload.to_bytes()))
+    return received
+
+
+def forge(session: zenoh.Session) -> None:
+    """Send samples in the name of the service, remove its own, and offer to answer for it."""
+    for key in OUTPUT:
+        session.put(f"multiradar/v1/{key}", b"forged")
+        session.delete(f"multiradar/v1/{key}")
+    for key in ("status", "tracks/*", "**"):
+        session.declare_queryable(
+            f"multiradar/v1/{key}", lambda query: query.reply(query.key_expr, b"forged")
+        )
 
 
 def answers(session: zenoh.Session, selector: str, **content: Any) -> list[zenoh.Reply]:
@@ -293,3 +331,27 @@ def test_a_known_authority_does_not_give_rights_to_an_unknown_name(guarded: Guar
         session.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
     guarded.wait_for_their_end()
     assert len(guarded.service.submissions) == taken
+
+
+@pytest.mark.parametrize(
+    ("name", "asked"),
+    [("feed-41-10", "measurements/41-10"), ("display", "status"), ("somebody", "status")],
+)
+def test_no_client_can_speak_for_the_service_to_another(
+    guarded: Guarded, name: str, asked: str
+) -> None:
+    seen = ("tracks/**", "biases/**", "ended/**", "sensors/**", "status", "encounters", "regions")
+    with zenoh.open(guarded.client("display")) as victim:
+        received = subscribed(victim, *(f"multiradar/v1/{one}" for one in seen))
+        wait_until(lambda: connections(guarded.gateway) == 1, "the connection")
+        with zenoh.open(guarded.client(name)) as forger:
+            forge(forger)
+            # What the forger sent before has arrived when this is answered.
+            answers(forger, f"multiradar/v1/{asked}")
+            status = document(victim, "multiradar/v1/status")
+        wait_until(lambda: connections(guarded.gateway) == 1, "the end of the forger")
+        guarded.view.publish_updates([7])
+        wait_until(lambda: b'"track_id":7' in b"".join(received), "the update")
+    guarded.wait_for_their_end()
+    assert status["zenoh"]["instance"]
+    assert [one for one in received if one in (b"forged", b"")] == []

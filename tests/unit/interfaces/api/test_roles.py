@@ -9,12 +9,14 @@ from fastapi import APIRouter, FastAPI
 from structlog.testing import capture_logs
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from multiradar.access.attempts import WITHIN_S, WRONG_MAX
 from multiradar.api.factory import create_api
+from multiradar.clock import FixedClock
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.http import measurement_routes
 from multiradar.settings.access import Role
 from multiradar.settings.limits import HttpLimits
-from support.access import KEYS, bearer, guarded_api
+from support.access import KEYS, authentication, bearer, guarded_api
 from support.fakes.fake_service import FakeService
 from support.processes import clients
 from support.processes.live_server import serving
@@ -86,12 +88,20 @@ async def test_every_route_asks_for_the_role_that_it_declares(
 
 @pytest.mark.slow
 async def test_roles_are_those_of_the_documents(guarded: FastAPI) -> None:
-    roles = {path: role_of(operation) for _, path, operation in operations(guarded)}
-    assert roles.pop("/v1/measurements") is Role.FEED
-    assert roles.pop("/v1/flush") is roles.pop("/v1/clock") is Role.OPERATE
-    assert roles.pop("/v1/drain") is Role.OPERATE
-    assert {path for path, role in roles.items() if role is None} == PUBLIC
-    assert {role for role in roles.values() if role} == {Role.DISPLAY}
+    # A path has several operations: a GET and a PUT of the same sensor.
+    roles = {(method, path): role_of(one) for method, path, one in operations(guarded)}
+    public = {(method, path) for (method, path), role in roles.items() if role is None}
+    assert public == {("get", path) for path in PUBLIC}
+    assert {one for one, role in roles.items() if role is Role.FEED} == {
+        ("post", "/v1/measurements")
+    }
+    assert {one for one, role in roles.items() if role is Role.OPERATE} == {
+        ("post", "/v1/flush"), ("post", "/v1/clock"), ("post", "/v1/drain"),
+        ("put", "/v1/sensors/{sensor_id}"),
+    }  # fmt: skip
+    shown = {one for one, role in roles.items() if role is Role.DISPLAY}
+    assert {method for method, _ in shown} == {"get"}
+    assert ("get", "/v1/sensors/{sensor_id}") in shown
 
 
 async def test_files_of_the_page_and_documentation_are_public(caller: httpx.AsyncClient) -> None:
@@ -125,6 +135,34 @@ async def test_a_rejection_is_a_problem_with_a_challenge(caller: httpx.AsyncClie
     role = await caller.get("/v1/tracks", headers=bearer(KEYS["feed"]))
     assert (role.status_code, role.json()["code"]) == (403, "ROLE_NOT_ALLOWED")
     assert "the role display, which feed does not have" in role.json()["detail"]
+
+
+async def test_wrong_keys_of_an_address_are_asked_to_pause_and_valid_ones_accepted(
+    service: FakeService,
+) -> None:
+    clock = FixedClock()
+    application = guarded_api(service, authentication(clock=clock))
+
+    def host(address: str) -> httpx.AsyncClient:
+        transport = httpx.ASGITransport(application, client=(address, 1))
+        return httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1")
+
+    async with host("192.0.2.1") as guessing, host("192.0.2.2") as other:
+        # Neither counts: no key, and a valid one of another role.
+        assert await status(guessing, "GET", "/v1/status", None) == 401
+        assert await status(guessing, "GET", "/v1/status", KEYS["feed"]) == 403
+        for number in range(WRONG_MAX):
+            wrong = ("mr_wrong", "a.b.c")[number % 2]
+            assert await status(guessing, "GET", "/v1/status", wrong) == 401, number
+        for method, path in (("GET", "/v1/status"), ("POST", "/v1/measurements")):
+            paused = await guessing.request(method, path, headers=bearer("mr_wrong"))
+            assert (paused.status_code, paused.json()["code"]) == (429, "TOO_MANY_ATTEMPTS")
+            assert paused.headers["retry-after"] == str(int(WITHIN_S) + 1)
+            assert paused.headers["content-type"] == "application/problem+json"
+        assert await status(guessing, "GET", "/v1/status", KEYS["display"]) == 200
+        assert await status(other, "GET", "/v1/status", "mr_wrong") == 401
+        clock.advance(WITHIN_S)
+        assert await status(guessing, "GET", "/v1/status", "mr_wrong") == 401
 
 
 async def test_rejections_of_a_network_of_64_bits_are_one_origin_in_the_log(

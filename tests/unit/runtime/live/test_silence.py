@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 
+import numpy as np
 import polars as pl
 import pytest
 from prometheus_client import CollectorRegistry, generate_latest
@@ -40,11 +42,14 @@ def running(request: pytest.FixtureRequest) -> Iterator[tuple[Service, FixedCloc
     service.stop()
 
 
-def _metrics(service: Service) -> str:
+def _gauges(service: Service) -> dict[str, float]:
+    """Return the values in `/metrics` that have no labels."""
     registry = CollectorRegistry()
     watch(registry, PipelineCollector(service.view.status))
     watch(registry, ReadinessCollector(service, CODES))
-    return generate_latest(registry).decode()
+    lines = generate_latest(registry).decode().splitlines()
+    pairs = [line.split() for line in lines if not line.startswith("#") and "{" not in line]
+    return {name: float(value) for name, value in pairs}
 
 
 def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> None:
@@ -59,6 +64,7 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
     assert tracks["age_s"].equals(before["age_s"])
     if not live:
         assert (status["alarms"], status["data_delay_s"], status["unready"]) == ([], None, [])
+        assert not {"multiradar_silence_s", "multiradar_data_delay_s"} & _gauges(service).keys()
         assert tracks["reception_age_s"].to_list() == [None] * len(tracks)
         return
     assert status["alarms"] == ["no_data"]
@@ -71,13 +77,57 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
     track = service.view.track(int(tracks["track_id"][0]))
     assert track is not None
     assert track["state"] == "stale"
-    assert "multiradar_no_data 1.0" in _metrics(service)
+    gauges = _gauges(service)
+    assert (gauges["multiradar_no_data"], gauges["multiradar_silence_s"]) == (1.0, 75.0)
+    assert gauges["multiradar_data_delay_s"] == pytest.approx(75.2, abs=0.2)
     later = recording(5).with_columns(pl.col("time_s") + 80.0)
     submit(service, later)
     status = settled(service)
     assert (status["alarms"], status["unready"]) == ([], [])
     assert "stale" not in service.view.tracks()["state"].to_list()
-    assert "multiradar_no_data 0.0" in _metrics(service)
+    gauges = _gauges(service)
+    assert (gauges["multiradar_no_data"], gauges["multiradar_silence_s"]) == (0.0, 0.0)
+    assert gauges["multiradar_data_delay_s"] == pytest.approx(0.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("disabled", "bound_s"), [((), 9.6), (("41-10",), 24.0), (("41-10", "41-20"), 10.0)]
+)
+def test_the_alarm_is_raised_within_two_scans_of_the_fastest_radar(
+    disabled: tuple[str, ...], bound_s: float
+) -> None:
+    """Radars of 4.8 s and 12 s, and ADS-B, which has no scans."""
+    sensors = replace(
+        TABLE,
+        rotation_period_s=np.array([4.8, 12.0, np.nan]),
+        disabled=np.isin(TABLE.ids, disabled),
+    )
+    clock, journal = FixedClock(START_S + 5.2), MemoryJournal()
+    service = Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=sensors,
+        tracking=TrackingSettings(),
+        clock=clock,
+    )
+    service.start()
+    try:
+        # Of the sensor that is never disabled here.
+        submit(service, recording(100).filter(pl.col("sensor_id") == "adsb"))
+        assert settled(service)["silence_limit_s"] == pytest.approx(bound_s)
+        clock.advance(bound_s - 0.1)
+        status = settled(service)
+        assert (status["alarms"], status["unready"]) == ([], [])
+        assert _gauges(service)["multiradar_no_data"] == 0.0
+        assert "stale" not in service.view.tracks()["state"].to_list()
+        clock.advance(0.2)
+        assert settled(service)["alarms"] == ["no_data"]
+        gauges = _gauges(service)
+        assert gauges["multiradar_no_data"] == 1.0
+        assert gauges["multiradar_silence_s"] == pytest.approx(bound_s + 0.1)
+        assert set(service.view.tracks()["state"]) == {"stale"}
+    finally:
+        service.stop()
 
 
 def test_events_have_the_delay_of_the_data_at_their_publication(
