@@ -38,8 +38,8 @@ _DISK = {
 }
 
 
-# Alarms of the whole service, and what they mean.
-_ALARMS = {
+#: Alarms of the whole service without labels, and what they mean.
+ALARMS = {
     "no_data": "1 if real-time data have stopped arriving",
     "host_clock": "1 if the clocks of all sensors disagree with the system clock",
     "disk_filling": "1 if the journal disk is at least 80 % full (disk_filling_share)",
@@ -143,7 +143,7 @@ class PipelineCollector(Collector):
 
 def _alarms(status: dict[str, Any]) -> Iterator[Metric]:
     raised = status.get("alarms", ())
-    for name, meaning in _ALARMS.items():
+    for name, meaning in ALARMS.items():
         yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(name in raised))
     alarms = GaugeMetricFamily(
         "multiradar_sensor_alarm", "1 for each active sensor alarm", labels=["sensor", "alarm"]

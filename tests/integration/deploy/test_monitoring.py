@@ -17,8 +17,13 @@ from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.metrics import REGISTRY, watch
-from multiradar.observability.pipeline_metrics import PipelineCollector, ReadinessCollector
+from multiradar.observability.pipeline_metrics import (
+    ALARMS,
+    PipelineCollector,
+    ReadinessCollector,
+)
 from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.live.alarms.supervision import SOURCE_QUARANTINED
 from multiradar.runtime.live.readiness import CODES
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
@@ -141,6 +146,33 @@ def test_every_reason_has_an_alert_and_alerts_say_what_is_the_case() -> None:
         assert rule["annotations"]["summary"]
     # All but one: a new reason is an alert, too.
     assert 'multiradar_unready{reason!="STANDBY"} == 1' in [rule["expr"] for rule in rules]
+
+
+def test_every_alarm_has_an_alert_and_a_panel() -> None:
+    named = [
+        {name for expression in expressions for name, _ in _SELECTOR.findall(expression)}
+        for expressions in (
+            [rule["expr"] for rule in _rules()],
+            [target["expr"] for panel in _panels() for target in panel["targets"]],
+        )
+    ]
+    alarms = {f"multiradar_{name}" for name in (*ALARMS, SOURCE_QUARANTINED)}
+    # It is the reason NO_DATA, too, which has an alert.
+    assert alarms - named[0] == {"multiradar_no_data"}
+    assert alarms <= named[1]
+
+
+def test_panels_are_apart_and_have_numbers_of_their_own() -> None:
+    panels = _panels()
+    assert [panel["id"] for panel in panels] == list(range(1, len(panels) + 1))
+    places = [
+        (place["x"] + x, place["y"] + y)
+        for place in (panel["gridPos"] for panel in panels)
+        for x in range(place["w"])
+        for y in range(place["h"])
+    ]
+    assert len(set(places)) == len(places)
+    assert all(x < 24 for x, _ in places)
 
 
 def test_each_alert_is_tested_where_it_fires_and_where_it_does_not() -> None:

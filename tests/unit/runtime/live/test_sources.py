@@ -236,6 +236,7 @@ def test_all_rows_of_a_source_in_quarantine_are_accounted_for(start: Starter) ->
     status: Any = settled(service)
     assert (status["read"], status["accepted"], status["rejected"]) == (299, 9, 290)
     assert status["sources"]["bad"]["deferred_rows"] == 200
+    assert status["alarms"] == ["source_quarantined"]
     assert any("bad: in quarantine" in one for one in status["warnings"])
     metrics = {
         (sample.name, *sample.labels.values()): sample.value

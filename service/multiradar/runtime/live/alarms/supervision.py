@@ -17,6 +17,7 @@ from multiradar.storage.entries import Entry
 
 #: Alarms of the whole service, in `alarms` of the status.
 NO_DATA, HOST_CLOCK, SNAPSHOTS_FAILING = "no_data", "host_clock", "snapshots_failing"
+SOURCE_QUARANTINED = "source_quarantined"
 
 
 class Supervision:
@@ -87,10 +88,12 @@ class Supervision:
     def document(self) -> dict[str, Any]:
         """Return alarms and warnings, for the status."""
         unsaved = "" if self.snapshots is None else self.snapshots.failure
+        quarantined = list(self._sources.warnings())
         alarms = {
             NO_DATA: self.silence.is_alarm,
             HOST_CLOCK: self.host_clock.lead_s() is not None,
             SNAPSHOTS_FAILING: bool(unsaved),
+            SOURCE_QUARANTINED: bool(quarantined),
         }
         disk_alarms, disk_warnings = self.disk.alarms()
         return {
@@ -98,7 +101,7 @@ class Supervision:
             "warnings": [
                 *filter(None, [self.silence.sentence(), unsaved]),
                 *self.host_clock.sentences(),
-                *self._sources.warnings(),
+                *quarantined,
                 *self.arrivals.warnings(),
                 *self.sensors.warnings(),
                 *disk_warnings,
