@@ -23,6 +23,7 @@ from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.feeds.configured import configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.http_sensors import sensor_change_routes
+from multiradar.ingest.zenoh.certificates import watch_certificates
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.handovers import region_exchange
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -120,14 +121,12 @@ class Application:
         if self._feeds is not None:
             self.service.publication.count_edge("feeds", self._feeds.counts.document)
         self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]
-        retained = Retained(
-            settings.journal.path, settings.retention.archive, data_clock_of, SystemClock()
-        )
+        state = settings.journal.path, settings.retention.archive
+        retained = Retained(*state, data_clock_of, SystemClock())
         self.service.publication.count_edge("retained", retained.document)
-        if settings.history.folder is not None:
-            wanted, limits = settings.history, settings.runtime_limits()
-            kept = wanted.days, wanted.octets, limits, settings.journal.path
-            rules = HistoryRules(settings.history.folder, *kept)
+        if (folder := settings.history.folder) is not None:
+            kept = settings.history.days, settings.history.octets, settings.runtime_limits()
+            rules = HistoryRules(folder, *kept, settings.journal.path)
             keep_history(self.service, rules, settings.tracking_settings())
         self._end_traces: Callable[[], None] = lambda: None
         if settings.traces.endpoint is not None:
@@ -135,6 +134,7 @@ class Application:
                 settings.traces.endpoint, settings.traces.fraction, SystemClock()
             )
         self._http = http_server(self.service, settings, authentication, on_failure, on_drain)
+        watch_certificates(self.service, settings, zenoh)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
         regions = region_exchange(self.service, settings, authentication.settings)
         self._zenoh = [one for one in (self._gateway, regions) if one is not None]

@@ -48,6 +48,7 @@ ALARMS = {
     "history_stopped": "1 if the history is no longer being written to disk",
     "history_incomplete": "1 if history rows have been lost since the service started",
     "region_silent": "1 if a neighbouring region sends no messages",
+    "certificate_expiring": "1 if a TLS certificate of the service expires within 30 days",
 }
 
 
@@ -127,6 +128,12 @@ class PipelineCollector(Collector):
             "sensor_age_seconds", "Time since the sensor last updated a track, s", "sensor",
             status.get("sensor_ages_s", {}),
         )  # fmt: skip
+        yield _gauge(
+            "certificate_remaining_seconds",
+            "Time until the TLS certificate of an interface expires, s; negative once expired",
+            "interface",
+            {name: one["remaining_s"] for name, one in (status.get("certificates") or {}).items()},
+        )
         disk = status.get("journal_disk") or {}
         for name, meaning in _DISK.items():
             if name in disk:

@@ -118,6 +118,7 @@ _LABELS = {
     "multiradar_rejected_total": {"source", "code"},
     "multiradar_http_requests_total": {"method", "route", "status"},
     "multiradar_http_refusals_total": {"code"},
+    "multiradar_certificate_remaining_seconds": {"interface"},
 }
 
 
@@ -157,8 +158,8 @@ def test_every_alarm_has_an_alert_and_a_panel() -> None:
         )
     ]
     alarms = {f"multiradar_{name}" for name in (*ALARMS, SOURCE_QUARANTINED)}
-    # It is the reason NO_DATA, too, which has an alert.
-    assert alarms - named[0] == {"multiradar_no_data"}
+    # These have alerts that say more: on the reason NO_DATA, and on the time that is left.
+    assert alarms - named[0] == {"multiradar_no_data", "multiradar_certificate_expiring"}
     assert alarms <= named[1]
 
 

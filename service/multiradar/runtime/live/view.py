@@ -62,7 +62,8 @@ class LiveView:
         self._rejects = rejects
         self._diagnosis = diagnosis
         self._snapshots = AircraftSnapshots(known)
-        self._alarms: Alarms = lambda: ([], [])
+        #: Alarms of a history on disk and of the interfaces.
+        self.further_alarms: list[Alarms] = []
         #: The neighbouring regions; None for a service without.
         self.regions: RegionBoard | None = None
         #: Counters of the service, and of its interfaces by their name in the status.
@@ -81,7 +82,7 @@ class LiveView:
     def keep_history(self, history: PastFiles, alarms: Alarms) -> None:
         """Answer from a history on disk what memory no longer has, with its alarms."""
         self._picture.history = history
-        self._alarms = alarms
+        self.further_alarms.append(alarms)
 
     def tracks(self, at_s: float | None = None) -> pl.DataFrame:
         """Return the live tracks by ascending identifier: `tracks.parquet` and `age_s`.
@@ -249,7 +250,9 @@ class LiveView:
         for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
             for sensor_id in sensor_ids:
                 alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
-        further, warnings = self._alarms()
+        raised = [alarms() for alarms in self.further_alarms]
+        further = [name for names, _ in raised for name in names]
+        warnings = [sentence for _, sentences in raised for sentence in sentences]
         if self.regions is not None:
             silent = self.regions.silent()
             further = [*further, *([REGION_SILENT] if silent else [])]
