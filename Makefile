@@ -12,7 +12,7 @@ READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help install test pytest unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo demo-cluster page bench dist kernel-list lock clean
+.PHONY: help install test pytest unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo demo-cluster page bench dist audit kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -109,6 +109,17 @@ dist: $(VENV)/.dist ## Build wheel, sdist, SBOM and a wheelhouse for installatio
 	$(BIN)/cyclonedx-py requirements requirements/run.txt --pyproject pyproject.toml --output-reproducible --output-file dist/multiradar.cdx.json
 	$(BIN)/pip download --quiet --require-hashes --requirement requirements/run.txt --dest dist/wheelhouse
 
+$(VENV)/.audit: $(RUNNABLE) requirements/audit.txt
+	$(PIP) --require-hashes --requirement requirements/audit.txt
+	@touch $@
+
+# Each file by itself: some pin different versions of a package. Nothing of them is installed.
+audit: $(VENV)/.audit ## Look up known vulnerabilities of all pinned versions (needs the network)
+	@status=0; for pins in requirements/*.txt; do \
+	  echo "$$pins"; \
+	  $(BIN)/pip-audit --strict --disable-pip --require-hashes --requirement "$$pins" || status=1; \
+	done; exit $$status
+
 $(VENV)/.bench: $(READY) requirements/bench.txt
 	$(PIP) --require-hashes --no-build-isolation --requirement requirements/bench.txt
 	@touch $@
@@ -120,7 +131,7 @@ kernel-list: $(READY) ## Update the list of kernels of each command; --check com
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
 lock: ## Update all pinned versions (needs uv); those of dev hold everywhere
-	for use in dev run build bench cluster traces docs dist; do \
+	for use in dev run build bench cluster traces docs dist audit; do \
 	  uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    $$([ $$use = run ] || echo --extra $$use) $$([ $$use = dev ] || echo --constraint requirements/dev.txt) \
 	    pyproject.toml -o requirements/$$use.txt; \

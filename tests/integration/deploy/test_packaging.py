@@ -130,6 +130,45 @@ def test_the_service_runs_with_the_versions_that_were_tested() -> None:
     assert not any(pin.startswith("pytest==") for pin in running)
 
 
+def test_all_extras_are_pinned() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    pinned = {path.stem for path in (ROOT / "requirements").iterdir()}
+    assert pinned == {"run", *project["optional-dependencies"]}
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    locked = re.search(r"^\tfor use in (.*); do", makefile, re.MULTILINE)
+    assert locked is not None
+    assert set(locked[1].split()) == pinned
+
+
+@pytest.mark.parametrize("vulnerable", ["dev", None])
+def test_all_pins_are_audited_one_file_after_the_other(
+    vulnerable: str | None, tmp_path: Path
+) -> None:
+    files = sorted(f"requirements/{path.name}" for path in (ROOT / "requirements").iterdir())
+    # A program that reports one of the files, in an environment that needs no installation.
+    program = tmp_path / "bin" / "pip-audit"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\necho "asked $*"\n! echo "$*" | grep -q "/{vulnerable}.txt"\n')
+    program.chmod(0o755)
+    line = ["make", "audit", f"VENV={tmp_path}", "--assume-old", f"{tmp_path}/.audit"]
+    (tmp_path / ".audit").touch()
+    done = run_to_end(line, cwd=ROOT)
+    # With `--strict`, a package that cannot be looked up is an error.
+    options = "--strict --disable-pip --require-hashes"
+    asked = [one for one in done.stdout.splitlines() if one.startswith("asked")]
+    assert asked == [f"asked {options} --requirement {one}" for one in files]
+    assert (done.returncode != 0) == (vulnerable is not None), done.stderr
+
+
+def test_vulnerabilities_are_looked_up_each_week_without_a_change() -> None:
+    text = (ROOT / ".github/workflows/audit.yml").read_text(encoding="utf-8")
+    # YAML 1.1 reads the key `on` as true.
+    workflow = yaml.safe_load(text)
+    assert workflow[True]["schedule"]
+    steps = [step for job in workflow["jobs"].values() for step in job["steps"]]
+    assert [step["run"] for step in steps if "run" in step] == ["make audit"]
+
+
 def test_what_the_image_copies_is_in_the_tree() -> None:
     copied = [rest.split()[:-1] for name, rest in instructions() if name == "COPY"]
     sources = [source for group in copied for source in group if not source.startswith("--from")]
