@@ -2,7 +2,6 @@
 
 import dataclasses
 import datetime as dt
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +10,18 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.fields import PLOTS, TABLES
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.profile import Profile
-from multiradar_converters.vid.text.detection import detect, first_times, last_times, with_times
+from multiradar_converters.vid.text.detection import (
+    detect,
+    first_times,
+    sampled_times,
+    with_times,
+)
 from multiradar_converters.vid.text.layout import FileLayout, TimeForm
 from multiradar_converters.vid.text.times import (
     TimeUnwrapper,
     agreed_start,
-    earliest,
     first_days,
+    span,
 )
 from multiradar_schemas.documents.contents import DUMP, content, no_such
 
@@ -67,24 +71,15 @@ def clocks(files: Sequence[DumpFile]) -> dict[str, TimeUnwrapper]:
 
     Times of day do not contain the day on which a file starts: the one on which the files overlap.
     """
-    starts, spans_s, later = [], [], []
+    starts, spans_s = [], []
     for file in files:
         form = file.layout.time_form
-        times = first_times(file.path, file.layout)
-        start_s = agreed_start(times, form)
-        first_s = earliest(times, form)
-        last_s = agreed_start(last_times(file.path, file.layout), form)
-        starts.append(start_s)
-        spans_s.append((first_s, last_s) if form == "seconds-of-day" else (math.nan, math.nan))
-        # Rows from before midnight follow one from after midnight.
-        later.append(int(first_s > start_s))
+        starts.append(agreed_start(first_times(file.path, file.layout), form))
+        sampled = sampled_times(file.path, file.layout) if form == "seconds-of-day" else []
+        spans_s.append(span(sampled, form, starts[-1]))
     return {
-        file.layout.table.name: TimeUnwrapper(
-            file.layout.time_form, start=start_s, day=day + after_midnight
-        )
-        for file, start_s, day, after_midnight in zip(
-            files, starts, first_days(spans_s), later, strict=True
-        )
+        file.layout.table.name: TimeUnwrapper(file.layout.time_form, start=start_s, day=day)
+        for file, start_s, day in zip(files, starts, first_days(spans_s), strict=True)
     }
 
 

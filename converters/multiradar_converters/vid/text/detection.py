@@ -2,10 +2,11 @@
 
 import codecs
 import dataclasses
-import os
 import re
 from collections import Counter
 from pathlib import Path
+
+import numpy as np
 
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid import fields
@@ -27,6 +28,9 @@ from multiradar_converters.vid.text.lines import RejectedError, Row, parse_line,
 
 #: Bytes of a file from which its layout is detected.
 HEAD_BYTES = 1 << 18
+
+#: Number of places of a file from which its midnights are counted, and bytes read at each.
+SAMPLES, SAMPLE_BYTES = 128, 2048
 
 #: Number of lines from which the time format is detected.
 _TRIAL_LINES = 200
@@ -272,22 +276,28 @@ def first_times(path: Path, layout: FileLayout) -> list[float]:
     return [row.numbers[fields.TIME] for row in rows if row is not None]
 
 
-def last_times(path: Path, layout: FileLayout) -> list[float]:
-    """Return the times of the last readable rows of a file, the last one first.
+def sampled_times(path: Path, layout: FileLayout) -> list[float]:
+    """Return the times of readable rows at places all over a file, in file order.
 
     Returns
     -------
     list of float
-        Times of the file, s.
+        Times of the file, s: of all rows of a small file; of a large one, of the first and last
+        rows and of those at places between them.
     """
+    begins, octets = [layout.data_offset], -1
+    last = path.stat().st_size - SAMPLE_BYTES
+    if last - layout.data_offset > SAMPLES * SAMPLE_BYTES:
+        begins = np.linspace(layout.data_offset, last, SAMPLES).astype(int).tolist()
+        octets = SAMPLE_BYTES
+    lines: list[bytes] = []
     with path.open("rb") as file:
-        size = file.seek(0, os.SEEK_END)
-        begin = max(layout.data_offset, size - HEAD_BYTES)
-        file.seek(begin)
-        lines = file.read().split(bytes((layout.terminator,)))
-    # The first line may be incomplete.
-    lines = lines[int(begin > layout.data_offset) :]
-    rows = (_row(line, layout) for line in reversed(lines[-_TRIAL_LINES:]))
+        for number, begin in enumerate(begins):
+            file.seek(begin)
+            parts = file.read(octets).split(bytes((layout.terminator,)))
+            # The first and last line of a sample may be incomplete.
+            lines += parts[int(number > 0) : len(parts) - int(number < len(begins) - 1)]
+    rows = (_row(line, layout) for line in lines)
     return [row.numbers[fields.TIME] for row in rows if row is not None]
 
 

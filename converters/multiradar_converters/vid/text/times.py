@@ -12,8 +12,6 @@ from multiradar_converters.vid.text.layout import TimeForm
 
 #: Interval that counts as shortly before or after midnight, s.
 LATE_S = 3600.0
-#: Maximum disorder of the rows of a file with the same day, s.
-DISORDER_S = 600.0
 
 _DAY_S = 86_400.0
 
@@ -76,25 +74,30 @@ def agreed_start(times: Sequence[float], form: TimeForm | None) -> float:
     return best
 
 
-def earliest(times: Sequence[float], form: TimeForm | None) -> float:
-    """Return the start time of a file, unless rows before the midnight before it follow.
+def span(times: Sequence[float], form: TimeForm | None, start_s: float) -> tuple[float, float]:
+    """Return the first and last time of a file, relative to the day of its start.
 
     Parameters
     ----------
-    times, form
+    times : sequence of float
+        File times of some of its rows, in file order, s.
+    form : str or None
+        Their format.
+    start_s : float
         As of `agreed_start`.
 
     Returns
     -------
-    float
-        The start, s; the first of the rows before midnight if there are some.
+    tuple of two floats
+        Times that continue past midnight, s, negative for rows from before the midnight after which
+        the file starts; NaN without times of day.
     """
-    start = agreed_start(times, form)
-    if form != "seconds-of-day" or not start <= LATE_S:
-        return start
-    late = [time for time in times if _DAY_S - LATE_S <= time < _DAY_S]
-    near = [time for time in late if _distance(time, start, form) <= LATE_S]
-    return min(near, default=start)
+    if form != "seconds-of-day" or math.isnan(start_s):
+        return math.nan, math.nan
+    found, kept = np.array(times), np.zeros(len(times), dtype=np.bool_)
+    decided, _ = TimeUnwrapper(form, start=start_s).run(found, kept)
+    own = found[:decided][kept[:decided]]
+    return float(own.min(initial=start_s)), float(own.max(initial=start_s))
 
 
 def _distance(time: float, other: float, form: TimeForm | None) -> float:
@@ -135,32 +138,33 @@ def first_days(spans_s: Sequence[tuple[float, float]]) -> list[int]:
     Parameters
     ----------
     spans_s : sequence of (float, float)
-        First and last time of day of each file, s; NaN if unknown.
+        First and last time of each file, s, as of `span`; NaN if unknown.
 
     Returns
     -------
     list of int
-        A day for each, the earliest one 0. Files of which none overlaps, or follows within an hour,
-        start on the same day.
+        A day for each, the earliest one 0. A file that overlaps those before it by more than an
+        hour if it starts on the same day does so; other files start on the day on which they
+        overlap them longest, or else follow within an hour.
     """
     days: list[int] = []
-    start_s, end_s = math.inf, -math.inf
+    start_s, end_s, first_day = math.inf, -math.inf, 0
     for first_s, last_s in spans_s:
-        length_s = (last_s - first_s + DISORDER_S) % _DAY_S if last_s < _DAY_S else last_s - first_s
-        if math.isnan(length_s):
+        if math.isnan(last_s - first_s):
             days.append(0)
             continue
         common_s = {
-            day: min(first_s + day * _DAY_S + length_s, end_s)
-            - max(first_s + day * _DAY_S, start_s)
+            day: min(last_s + day * _DAY_S, end_s) - max(first_s + day * _DAY_S, start_s)
             for day in (0, -1, 1)
         }
-        near = [day for day, common in common_s.items() if common >= -LATE_S]
-        day = 0 if 0 in near or not near else max(near, key=lambda one: common_s[one])
+        day = max(common_s, key=lambda one: common_s[one])
+        if common_s[0] > LATE_S or common_s[day] < -LATE_S:
+            day = 0
         days.append(day)
         start_s = min(start_s, first_s + day * _DAY_S)
-        end_s = max(end_s, first_s + day * _DAY_S + length_s)
-    return [day - min(days, default=0) for day in days]
+        end_s = max(end_s, last_s + day * _DAY_S)
+        first_day = min(first_day, day + min(0, math.floor(first_s / _DAY_S)))
+    return [day - first_day for day in days]
 
 
 def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
