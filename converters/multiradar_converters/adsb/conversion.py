@@ -95,6 +95,8 @@ def _read(
     rejects: TextIO,
 ) -> FileAccount:
     account = FileAccount(source.file, source.form, source.layout.figures())
+    if clock is not None:
+        account.first_day, account.note = clock.first_day, clock.note
     check = ConsistencyCheck(source.file)
     for batch in source.batches:
         if clock is not None:

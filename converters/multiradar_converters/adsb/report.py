@@ -39,6 +39,10 @@ class FileAccount:
         Blank lines.
     quantities : set of str
         Aircraft-derived data that any record has.
+    first_day : int or None
+        Day of the recording on which the file starts, 0 for the first one; None with dates.
+    note : str
+        Why it is on a later day than another file; empty if it is not.
     rejected : Counter
         Records by code.
     examples : dict
@@ -62,6 +66,8 @@ class FileAccount:
     unreadable: Counter[str] = field(default_factory=Counter)
     blank: int = 0
     quantities: set[str] = field(default_factory=set)
+    first_day: int | None = None
+    note: str = ""
     rejected: Counter[RejectCode] = field(default_factory=Counter)
     examples: dict[RejectCode, str] = field(default_factory=dict)
 
@@ -92,6 +98,7 @@ class FileAccount:
         """Return the account for `report.json`."""
         return {
             "form": self.form,
+            **({} if self.first_day is None else {"first_day": self.first_day}),
             **self.layout,
             "text_bytes": self.text_bytes,
             "repeated": self.repeated,
@@ -145,6 +152,7 @@ def report_json(
 def _figures(accounts: list[FileAccount], written: Written) -> dict[str, object]:
     return {
         "files": {account.file: account.figures() for account in accounts},
+        "moved_files": [account.note for account in accounts if account.note],
         "aircraft": len(written.addresses),
         "measurements": {kind: count for kind, count in written.kinds.items() if count},
         "heights": written.heights,

@@ -74,6 +74,7 @@ def inspect(
     survey.sampled = 1.0 / every
     trajectories = [path for path, form in forms.items() if form == "adsb"]
     clocks = dict(zip(trajectories, day_clocks(trajectories), strict=True))
+    survey.order.moved += [one.note for one in clocks.values() if one is not None and one.note]
     for path, form in forms.items():
         if form == "asterix":
             inspect_asterix(path, survey, options.editions, advance, every)

@@ -67,6 +67,7 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
     # A dump is a folder, whose copies are found in its plots.
     found = [sentence for path in paths if (sentence := repeated_sentence(path))]
     found += _unused_options(report)
+    found += report["figures"].get("moved_files", ())
     return [*found, *_of_asterix(report, out)] if kind == "asterix" else found
 
 
@@ -131,7 +132,6 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
         "counted in file order"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
-    found += report["figures"].get("moved_files", ())
     path = out / SYSTEM_TRACKS_FILE
     unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
     return [*found, f"{unseen}; `evaluate` cannot use them as a reference"] if unseen else found

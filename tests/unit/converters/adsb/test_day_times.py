@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multiradar_converters.adsb.day_times import DayClock, day_clocks
+from multiradar_converters.adsb.day_times import DayClock, Flights, day_clocks
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.batches import Batch
 from multiradar_converters.adsb.reading.files import open_source
@@ -17,10 +17,18 @@ DAY_S = 86_400.0
 Flight = tuple[float, float]
 
 
-def flights(*hours: Flight, by_time: bool, first: int = 1) -> bytes:
+def flights(*hours: Flight, by_time: bool, first: int = 1, longitude: float = 8.5) -> bytes:
     """Write a file by flight, or by time; times of day start again at midnight."""
     rows = [
-        (time_s, report(time_s % 600.0, timestamp=time_s % DAY_S, icao24=f"{number:06x}"))
+        (
+            time_s,
+            report(
+                time_s % 600.0,
+                timestamp=time_s % DAY_S,
+                icao24=f"{number:06x}",
+                longitude=longitude,
+            ),
+        )
         for number, (begin_h, end_h) in enumerate(hours, first)
         for time_s in np.arange(begin_h * 3600.0, end_h * 3600.0, 60.0).tolist()
     ]
@@ -111,6 +119,90 @@ def test_the_figures_of_an_inspection_have_the_days(tmp_path: Path) -> None:
     assert figures.last_s == pytest.approx(24.4 * 3600.0 - 60.0)
 
 
+@pytest.mark.parametrize("error_s", [-4000.0, 4000.0, -40_000.0, 20_000.0])
+def test_wrong_times_of_a_few_reports_do_not_make_a_file_by_flight(
+    error_s: float, tmp_path: Path
+) -> None:
+    """Of 26 hours with a pause at night, the morning was on the first day."""
+    header, *rows = (
+        flights((8.0, 22.0), (22.5, 23.5), (30.0, 34.0), by_time=True).decode().splitlines()
+    )
+    for number, place in enumerate((100, 300, 301, 900), 99):
+        time_s = float(rows[place].split(",")[0]) + error_s
+        wrong = report(0.0, timestamp=time_s % DAY_S, icao24=f"{number:06x}")
+        rows.insert(place, csv_table([wrong]).decode().splitlines()[1])
+    found = begins_h(tmp_path, "\n".join([header, *rows, ""]).encode())
+    assert [found[number] for number in (1, 2, 3)] == [8.0, 22.5, 30.0]
+
+
+@pytest.mark.parametrize(
+    "hours", [[0.0, 5.0, 30.0, 31.0], [60.0, 61.0, 62.0, 20.0, 21.0, 22.0], [26.0, 27.0, 28.0]]
+)
+def test_times_that_continue_past_midnight_remain(hours: list[float], tmp_path: Path) -> None:
+    rows = [
+        report(number, timestamp=hour * 3600.0, icao24=f"{number + 1:06x}")
+        for number, hour in enumerate(hours)
+    ]
+    assert list(begins_h(tmp_path, csv_table(rows)).values()) == hours
+
+
+def test_a_wrong_time_past_midnight_is_not_that_of_a_file_that_continues(tmp_path: Path) -> None:
+    rows = [
+        report(number, timestamp=hour * 3600.0, icao24=f"{number + 1:06x}")
+        for number, hour in enumerate([20.0, 20.5, 230.2, 21.0, 23.9, 0.1, 0.2])
+    ]
+    found = list(begins_h(tmp_path, csv_table(rows)).values())
+    assert found == [20.0, 20.5, 14.2, 21.0, 23.9, 24.1, 24.2]
+
+
+#: Day, and first and last hour, of the aircraft of each file, and the hour at which it starts.
+Compared = tuple[list[tuple[int, float, float]], list[float]]
+#: Two receivers of a whole day, and of two days.
+WHOLE_DAYS: list[Compared] = [
+    ([(0, 0.0, 24.0), (0, 0.0, 24.0)], [0.0, 0.0]),
+    ([(0, 0.0, 24.0), (1, 0.0, 24.0)], [0.0, 24.0]),
+    ([(0, 0.0, 24.0), (0, 0.0, 24.0), (1, 0.0, 24.0), (1, 0.0, 24.0)], [0.0, 0.0, 24.0, 24.0]),
+    ([(0, 0.0, 24.0), (1, 0.0, 24.0), (0, 0.0, 24.0), (1, 0.0, 24.0)], [0.0, 24.0, 0.0, 24.0]),
+]
+PARTS_OF_DAYS: list[Compared] = [
+    # The same hours of several days, the later ones with a note; and of one day.
+    ([(0, 8.0, 18.0), (1, 8.0, 18.0)], [8.0, 32.0]),
+    ([(0, 8.0, 18.0), (1, 8.0, 18.0), (2, 9.0, 12.0)], [8.0, 32.0, 57.0]),
+    ([(0, 8.0, 18.0), (0, 9.0, 16.0)], [8.0, 9.0]),
+    # A night, of which one file starts after midnight, or before the other.
+    ([(0, 20.0, 28.0), (0, 25.0, 28.0)], [20.0, 25.0]),
+    ([(0, 25.0, 28.0), (0, 20.0, 28.0)], [25.0, 20.0]),
+]
+
+
+@pytest.mark.parametrize(
+    ("by_time", "files", "starts_h"),
+    [(True, *one) for one in WHOLE_DAYS + PARTS_OF_DAYS] + [(False, *one) for one in PARTS_OF_DAYS],
+)
+def test_files_are_compared_by_the_places_of_aircraft(
+    by_time: bool, files: list[tuple[int, float, float]], starts_h: list[float], tmp_path: Path
+) -> None:
+    """On each day, the aircraft are elsewhere."""
+    paths = [tmp_path / f"{number}.csv" for number in range(len(files))]
+    for path, (day, begin_h, end_h) in zip(paths, files, strict=True):
+        both = [(begin_h, end_h)] * 2
+        path.write_bytes(flights(*both, by_time=by_time, longitude=8.5 + day))
+    found = []
+    clocks = [clock for clock in day_clocks(paths) if clock is not None]
+    for path, clock in zip(paths, clocks, strict=True):
+        times = np.empty(0)
+        for batch in open_source(path, lambda _: None).batches:
+            clock.push(batch)
+            times = np.append(times, batch.numbers[roles.TIME])
+        found.append(times.min() / 3600.0)
+    assert found == pytest.approx(starts_h, abs=0.01)
+    assert [clock.first_day for clock in clocks] == [hour // 24 for hour in starts_h]
+    days = [day for day, _, _ in files]
+    moved = [day > 0 and day not in days[:number] for number, day in enumerate(days)]
+    follow = files[0][1:] == (0.0, 24.0)
+    assert [bool(clock.note) for clock in clocks] == [one and not follow for one in moved]
+
+
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("size", [1, 7, 64])
 def test_batches_have_the_times_of_the_whole(seed: int, size: int) -> None:
@@ -119,7 +211,7 @@ def test_batches_have_the_times_of_the_whole(seed: int, size: int) -> None:
     address = generator.integers(1, 6, 400)
 
     def pushed(parts: list[slice]) -> list[float]:
-        clock = DayClock(True, np.arange(400.0) * 10.0 * DAY_S)
+        clock = DayClock(Flights(), np.arange(400.0) * 10.0 * DAY_S)
         found: dict[int, list[float]] = {}
         for part in parts:
             numbers = np.full((roles.NUMBERS, len(time_s[part])), np.nan)
