@@ -270,7 +270,10 @@ class Inspection(Record):
     ]
     moved_files: Annotated[
         list[str],
-        _text("Files placed on a later day than another file of the same hours, with the reason"),
+        _text(
+            "Files placed on a later day than another file of the same hours, or on the first of "
+            "several possible days, with the reason"
+        ),
     ]
     first_s: Annotated[float | None, _number("Time of the first report", _TIME_UNIT, "no times")]
     last_s: Annotated[float | None, _number("Time of the last report", _TIME_UNIT, "no times")]

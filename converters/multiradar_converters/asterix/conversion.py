@@ -133,7 +133,7 @@ def convert(
                 status = reported_biases.frame(
                     gathered.status, days.status_s, unix_start(options.date)
                 )
-                moved_s = order.add(account.file, file_times(gathered, timed, days))
+                moved_s = order.add(account.file, [file_times(gathered, timed, days)])
                 _write_rejects(rejects, gathered, account)
                 account.check()
                 findings.files.append(account)

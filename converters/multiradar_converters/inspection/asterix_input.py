@@ -5,7 +5,6 @@ resolved within a window, in which it repeats its service messages; equal record
 window, too.
 """
 
-import copy
 import math
 import re
 from collections import Counter
@@ -53,12 +52,7 @@ from multiradar_converters.asterix.decoding.timing import (
     services_in_order,
     time_targets,
 )
-from multiradar_converters.asterix.file_order import (
-    DATED_FROM_S,
-    FileTimes,
-    file_times,
-    joined_times,
-)
+from multiradar_converters.asterix.file_order import DATED_FROM_S, FileTimes, file_times
 from multiradar_converters.asterix.framing.containers import Blocks
 from multiradar_converters.asterix.framing.windows import block_windows
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
@@ -110,7 +104,7 @@ def inspect_asterix(
         The file cannot be read.
     """
     recording: _Recording | None = None
-    chosen = copy.deepcopy(editions)
+    chosen = editions.copied()
     windows = _ahead(_decoded(_ahead(block_windows(path)), editions, every))
     for gathered, registers in windows:
         blocks = gathered.blocks
@@ -126,13 +120,12 @@ def inspect_asterix(
     survey.unknown_editions += [one for one in reasons if one not in survey.unknown_editions]
 
 
-def _all_times(path: Path, editions: Editions) -> FileTimes:
-    """Return the times of all records of a file."""
-    days, parts = _Days(), []
+def _all_times(path: Path, editions: Editions) -> Iterator[FileTimes]:
+    """Yield the times of all records of a file, window by window."""
+    days = _Days()
     for gathered, _ in _decoded(block_windows(path), editions, 1):
         timed, _ = time_targets(gathered)
-        parts.append(file_times(gathered, timed, days.add(gathered, timed)))
-    return joined_times(parts)
+        yield file_times(gathered, timed, days.add(gathered, timed))
 
 
 def _decoded(
@@ -165,7 +158,7 @@ class _Recording:
     """A file of which windows are added in order."""
 
     def __init__(
-        self, survey: Survey, account: FileSurvey, all_times: Callable[[], FileTimes]
+        self, survey: Survey, account: FileSurvey, all_times: Callable[[], Iterator[FileTimes]]
     ) -> None:
         self._survey = survey
         self._account = account
@@ -263,7 +256,7 @@ class _Recording:
         times = file_times(gathered, timed, days)
         if self._moved_s is None and len(times.time_s):
             self._compared = order.needs_all(times)
-            whole = self._all_times() if self._compared else times
+            whole = self._all_times() if self._compared else [times]
             self._moved_s = order.add(self._account.file, whole)
         elif not self._compared:
             order.extend(times)

@@ -5,7 +5,7 @@ is therefore quarantined as a whole if most of its blocks fit no layout.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -62,6 +62,10 @@ class Editions:
     misfits: dict[tuple[int, Source], tuple[int, list[Misfit]]] = field(default_factory=dict)
     unfit: dict[tuple[int, Source], tuple[int, int]] = field(default_factory=dict)
     doubtful: dict[tuple[int, Source], str] = field(default_factory=dict)
+
+    def copied(self) -> "Editions":
+        """Return the editions found so far, with the same layouts; detections extend one only."""
+        return Editions(*(dict(getattr(self, one.name)) for one in fields(self)))
 
     def detect(self, blocks: Blocks, sources: Integers, *, revise: bool = False) -> None:
         """Detect the layout of every new category and source.

@@ -1,6 +1,7 @@
 """Days of files in order of time."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ def times(
 
 def days_of(*files: FileTimes) -> tuple[list[float], FileOrder]:
     order = FileOrder()
-    return [order.add(f"{number}", one) / DAY_S for number, one in enumerate(files)], order
+    return [order.add(f"{number}", [one]) / DAY_S for number, one in enumerate(files)], order
 
 
 @pytest.mark.parametrize(
@@ -135,22 +136,84 @@ def test_captures_are_of_their_dates() -> None:
     assert days_of(dated(0, 1), replayed)[0] == [0, 1]
 
 
+def test_equal_status_does_not_prove_the_same_day() -> None:
+    """Status of fixed phase is the same on all days."""
+
+    def tracks_and_status(seed: int) -> FileTimes:
+        tracks = times((0.5, DAY_S), seed=seed, sensor=256 + 62, step_s=4.0)
+        return joined_times([tracks, times((0.0, DAY_S), sensor=256 + 63, step_s=5.0)])
+
+    days, order = days_of(tracks_and_status(SAME), tracks_and_status(OTHER))
+    assert (days, len(order.moved)) == ([0, 1], 1)
+    days, order = days_of(tracks_and_status(SAME), tracks_and_status(SAME))
+    assert (days, order.moved) == ([0, 0], [])
+
+
+def test_equal_records_of_other_minutes_do_not_prove_the_same_day() -> None:
+    first = times((0.5, DAY_S), seed=SAME, step_s=4.0)
+    second = replace(first, record=np.roll(first.record, 1000))
+    assert days_of(first, second)[0] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("seed", "days"), [(SAME, [0, 1, 1]), (OTHER, [0, 1, 2])], ids=["equal", "different"]
+)
+def test_records_without_a_time_of_day_only_contradict(seed: int, days: list[float]) -> None:
+    """Clutter looks the same on all days."""
+    second, third = (
+        replace(one, record=~one.record)
+        for one in (times((0.5, DAY_S), seed=one, step_s=4.0) for one in (SAME, seed))
+    )
+    assert days_of(times((0.5, DAY_S), seed=OTHER, step_s=4.0), second, third)[0] == days
+
+
+@pytest.mark.parametrize(
+    ("files", "days", "notes"),
+    [
+        # Files of two sensors and two days: the sensor, and the seed of the day.
+        ([(SENSOR, 1), (SENSOR, 2), (SECOND_SENSOR, 1), (SECOND_SENSOR, 2)], [0, 1, 0, 1], 3),
+        ([(SENSOR, 1), (SECOND_SENSOR, 1), (SENSOR, 2), (SECOND_SENSOR, 2)], [0, 0, 1, 1], 2),
+    ],
+)
+def test_files_of_other_sensors_start_on_the_first_day_of_their_hours(
+    files: list[tuple[int, int]], days: list[float], notes: int
+) -> None:
+    found, order = days_of(
+        *(
+            times((8.0 * HOUR_S, 18.0 * HOUR_S), seed=seed, sensor=sensor, step_s=4.0)
+            for sensor, seed in files
+        )
+    )
+    assert (found, order.exchanged) == (days, [])
+    assert len(order.moved) == notes
+
+
+def test_the_windows_of_a_file_are_read_one_by_one() -> None:
+    first, second = (times((0.5, DAY_S), seed=seed, step_s=4.0) for seed in (SAME, OTHER))
+    order = FileOrder()
+    order.add("a", [first])
+    nothing = joined_times([])
+    parts = (second.select(second.time_s // HOUR_S == hour) for hour in range(24))
+    assert order.add("b", (one for part in parts for one in (nothing, part))) == DAY_S
+    assert order.moved
+
+
 @pytest.mark.parametrize("seed", [SAME, OTHER])
 def test_large_files_are_compared_by_samples(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(file_order, "SAMPLE_MAX", 3000)
     first = times((0.0, DAY_S), seed=SAME, step_s=4.0)
     second = times((0.0, DAY_S), seed=seed, step_s=4.0)
     order = FileOrder()
-    order.add("a", first)
+    order.add("a", [first])
     parts: Sequence[FileTimes] = [second.select(second.time_s < 100.0), second]
     assert order.needs_all(parts[0])
-    assert order.add("b", second) == (0.0 if seed == SAME else DAY_S)
+    assert order.add("b", [second]) == (0.0 if seed == SAME else DAY_S)
 
 
 def test_the_first_records_of_a_file_that_follows_suffice() -> None:
     order = FileOrder()
     assert not order.needs_all(times((0.0, 10.0)))
-    order.add("a", times((0.0, 10.0)))
+    order.add("a", [times((0.0, 10.0))])
     order.extend(times((10.0, 3600.0), step_s=4.0))
     assert not order.needs_all(times((3600.0, 3610.0)))
     assert order.needs_all(times((3000.0, 3610.0)))

@@ -54,3 +54,16 @@ def test_a_selected_edition_that_fits_less_than_another_is_doubted(
     if doubted:
         assert said.startswith(f"--edition {option}: 4 of 4 blocks do not match this edition, or")
         assert said.endswith("; edition 0.23 matches 4 of them; correct or omit the option")
+
+
+def test_copies_share_layouts_and_are_extended_alone(tmp_path: Path) -> None:
+    """Programs of copied layouts were kept forever, by each inspection again."""
+    chosen = editions.parse_editions(["021=2.4"])
+    path = tmp_path / "one.ast"
+    path.write_bytes(block(21, adsb_021_old(28_800.0, "0108")))
+    blocks = read_blocks(path)
+    copied = chosen.copied()
+    copied.detect(blocks, editions.sources_of(blocks))
+    (used,) = copied.found.values()
+    assert used is chosen.chosen[21, None]
+    assert (chosen.found, chosen.misfits, chosen.doubtful) == ({}, {}, {})
