@@ -9,7 +9,7 @@ from starlette.types import ASGIApp
 
 from multiradar.access.authentication import Authentication, with_default_file
 from multiradar.access.exposure import require_credentials
-from multiradar.api.connections import TlsFiles
+from multiradar.api.connections.server import TlsFiles
 from multiradar.api.factory import create_api, create_apis
 from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
 from multiradar.api.routes.overlays import overlay_routes

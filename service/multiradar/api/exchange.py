@@ -59,6 +59,8 @@ class Exchange:
         self._body = body
         #: Called when the whole body has arrived; may raise.
         self.on_body: Callable[[], None] = lambda: None
+        #: Called when the answer has been sent, and a part of the body has not arrived.
+        self.on_answer: Callable[[], None] = lambda: None
         self._body_complete = not _announces_body(scope)
         self._bodiless = scope["method"] == "HEAD"
         self._body_bytes = 0
@@ -139,6 +141,7 @@ class Exchange:
         elif not message.get("more_body", False):
             if not self._body_complete:
                 await self._send_within({**message, "more_body": True})
+                self.on_answer()
                 await self._drain()
                 message = {"type": "http.response.body", "body": b"", "more_body": False}
             self._finished = True

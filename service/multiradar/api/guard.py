@@ -32,6 +32,8 @@ _ALWAYS_SERVED = frozenset({"/healthz", "/readyz", "/metrics"})
 # Open as long as the client wants; limited by `streams_max`.
 _STREAMS = frozenset({"/v1/events", "/v1/stream"})
 
+# Those of which a route reads the body.
+_METHODS_WITH_BODY = frozenset({"POST", "PUT"})
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
@@ -123,17 +125,23 @@ class LimitLayer:
             self._requests.add(client)
             entered = True
 
-        # A body that has not arrived costs no work: its request does not count yet. Only POST reads
-        # one.
-        if scope["method"] == "POST" and exchange.awaits_body:
+        def leave() -> None:
+            nonlocal entered
+            if entered:
+                self._requests.remove(client)
+            entered = False
+
+        # A body that has not arrived costs no work: its request does not count yet, or not any more
+        # while the rest of a body is discarded after the answer.
+        exchange.on_answer = leave
+        if scope["method"] in _METHODS_WITH_BODY and exchange.awaits_body:
             exchange.on_body = enter
         else:
             enter()
         try:
             await self._application(scope, exchange.receive, exchange.send)
         finally:
-            if entered:
-                self._requests.remove(client)
+            leave()
 
     def _check_origin(self, scope: Scope) -> None:
         # A foreign web page must not reach a service on loopback, neither by DNS rebinding nor by a
@@ -178,4 +186,4 @@ def _count(scope: Scope, status: int, duration_s: float) -> None:
 
 def _known_method(scope: Scope) -> str:
     method: str = scope["method"]
-    return method if method in {"GET", "POST", "HEAD", "OPTIONS"} else "other"
+    return method if method in _SAFE_METHODS | _METHODS_WITH_BODY else "other"

@@ -9,7 +9,7 @@ import structlog
 from starlette.types import ASGIApp
 
 from multiradar.access.exposure import is_loopback
-from multiradar.api.connections import TlsFiles, server
+from multiradar.api.connections.server import TlsFiles, server
 from multiradar.errors import ConfigurationError
 from multiradar.settings.limits import HttpLimits
 

@@ -12,7 +12,7 @@ import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from multiradar.api.connections import TlsFiles
+from multiradar.api.connections.server import TlsFiles
 from multiradar.api.http_server import HttpServer
 from multiradar.clock import FixedClock, SystemClock
 from multiradar.errors import ConfigurationError

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from fastapi import FastAPI
 
-from multiradar.api.connections import TlsFiles, server
+from multiradar.api.connections.server import TlsFiles, server
 from multiradar.settings.limits import HttpLimits
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S, join

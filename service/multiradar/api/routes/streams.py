@@ -18,7 +18,7 @@ from multiradar.access.parameters import parameter_error, strict_query
 from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.batches import KINDS, Batch
-from multiradar.api.connections import FRAME, text_frame
+from multiradar.api.connections.frames import FRAME, text_frame
 from multiradar.api.query import INTEGER_MOST, AsInteger, integer, list_form
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REJECTIONS

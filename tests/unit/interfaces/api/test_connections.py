@@ -14,7 +14,8 @@ from uvicorn.server import ServerState
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
-from multiradar.api.connections import FRAME, server_config, text_frame
+from multiradar.api.connections.frames import FRAME, text_frame
+from multiradar.api.connections.server import server_config
 from multiradar.settings.limits import HttpLimits
 from support.processes.waiting import wait_until
 

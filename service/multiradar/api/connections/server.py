@@ -1,4 +1,4 @@
-"""Connections: deadlines and limits that uvicorn lacks, and its configuration.
+"""The server: deadlines and limits that uvicorn lacks, and its configuration.
 
 A connection without a request is dropped after the header deadline, with TLS also one without a
 complete handshake. At the maximum number of connections, of all or of one address, a new one
@@ -10,8 +10,7 @@ import asyncio
 import contextlib
 import socket
 import ssl
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from http import HTTPStatus
 from pathlib import Path
@@ -30,20 +29,18 @@ from websockets.http11 import Request
 from websockets.protocol import State
 
 from multiradar.access.authentication import CERTIFICATE, ClientCertificate
-from multiradar.access.shares import client_at
+from multiradar.api.connections.frames import FRAME
+from multiradar.api.connections.registry import Registry
 from multiradar.errors import ConfigurationError
-from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
 from multiradar.settings.limits import HttpLimits
-
-#: Member of an ASGI message `websocket.send`: a whole frame, which is sent as it is. A server that
-#: reads it has the key in the `extensions` of the scope.
-FRAME = "multiradar.frame"
 
 # Clients of the event stream send nothing; larger messages are not read.
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096
-# First octet of a frame that is a whole text, and lengths that stand for longer ones after them.
-_FINAL_TEXT = b"\x81"
-_LENGTH_16, _LENGTH_64 = 126, 127
+# Answer to an upgrade with a body, or one that is malformed.
+_NOT_A_WEBSOCKET = (
+    b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Type: text/plain\r\n"
+    b"Content-Length: 29\r\n\r\nInvalid WebSocket handshake.\n"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +106,7 @@ def server_config(
         If a file of TLS cannot be used.
     """
     limits = limits or HttpLimits()
-    registry = _Registry(limits)
+    registry = Registry(limits)
     http = _bound(_Http, registry)
     return Config(
         application,
@@ -145,112 +142,6 @@ def server(
     return uvicorn.Server(server_config(application, host, port, limits, tls))
 
 
-class _Registry:
-    # The open connections of a server. Used on the thread of the event loop only.
-
-    def __init__(self, limits: HttpLimits) -> None:
-        self.limits = limits
-        self._open: dict[asyncio.Transport, _Progress] = {}
-        # In order of insertion: the first has been idle longest.
-        self._idle: dict[asyncio.Transport, None] = {}
-        # The client of each, which a closed connection with TLS does not know, and their numbers.
-        self._client_of: dict[asyncio.Transport, str] = {}
-        self._clients: Counter[str] = Counter()
-        self._sweeping = False
-
-    def admit(self, transport: asyncio.Transport) -> bool:
-        if transport in self._open:  # Since before its handshake.
-            return True
-        client = _client_of(transport)
-        of_client = self._clients[client] >= self.limits.client_connections_max
-        full = of_client or len(self._open) >= self.limits.connections_max
-        if full and not self._evict(client if of_client else None):
-            _drop(transport, "too_many_of_client" if of_client else "too_many")
-            return False
-        self._client_of[transport] = client
-        self._clients[client] += 1
-        loop = asyncio.get_running_loop()
-        self._open[transport] = _Progress(0, loop.time())
-        self._idle[transport] = None
-        HTTP_CONNECTIONS.inc()
-        if not self._sweeping:
-            self._sweeping = True
-            loop.call_later(self._sweep_interval_s(), self._sweep)
-        return True
-
-    def secured(self, transport: asyncio.Transport, over: asyncio.Transport) -> bool:
-        # TLS takes the place of the connection that it goes over, unless that one has been dropped.
-        if over not in self._open:
-            return False
-        del self._open[over], self._idle[over]
-        self._client_of[transport] = self._client_of.pop(over)
-        self._open[transport] = _Progress(0, asyncio.get_running_loop().time())
-        self._idle[transport] = None
-        return True
-
-    def busy(self, transport: asyncio.Transport) -> None:
-        self._idle.pop(transport, None)
-
-    def idle(self, transport: asyncio.Transport) -> None:
-        if transport in self._open:
-            self._idle[transport] = None
-
-    def lost(self, transport: asyncio.Transport) -> None:
-        self._idle.pop(transport, None)
-        if self._open.pop(transport, None) is not None:
-            HTTP_CONNECTIONS.dec()
-            client = self._client_of.pop(transport)
-            self._clients[client] -= 1
-            if not self._clients[client]:
-                del self._clients[client]
-
-    def _evict(self, client: str | None) -> bool:
-        # Of a client, or of all.
-        candidates = (one for one in self._idle if client in (None, self._client_of[one]))
-        oldest = next(candidates, None)
-        if oldest is None:
-            return False
-        self.lost(oldest)
-        _drop(oldest, "idle_longest")
-        return True
-
-    def _sweep(self) -> None:
-        # A buffer that does not shrink means that the client does not read. Twice the deadline of a
-        # piece leaves time for a close code behind it.
-        loop = asyncio.get_running_loop()
-        stalled_since_s = loop.time() - 2.0 * self.limits.send_deadline_s
-        for transport, progress in list(self._open.items()):
-            size = transport.get_write_buffer_size()
-            if size == 0 or size < progress.size:
-                self._open[transport] = _Progress(size, loop.time())
-            elif progress.since_s < stalled_since_s:
-                _drop(transport, "does_not_read")
-            else:
-                self._open[transport] = _Progress(size, progress.since_s)
-        self._sweeping = bool(self._open)
-        if self._sweeping:
-            loop.call_later(self._sweep_interval_s(), self._sweep)
-
-    def _sweep_interval_s(self) -> float:
-        return self.limits.send_deadline_s / 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class _Progress:
-    # Bytes that a connection still has to deliver, and since when they have not decreased.
-    size: int
-    since_s: float
-
-
-def _drop(transport: asyncio.Transport, cause: str) -> None:
-    HTTP_CONNECTIONS_DROPPED.labels(cause=cause).inc()
-    transport.abort()
-
-
-def _client_of(transport: asyncio.Transport) -> str:
-    return client_at((transport.get_extra_info("peername") or ("unknown",))[0])
-
-
 # The client's certificate, which the handshake has verified.
 def _certificate(transport: asyncio.Transport) -> ClientCertificate | None:
     certificate = transport.get_extra_info("peercert") or {}
@@ -270,7 +161,7 @@ def _send_at_once(transport: asyncio.Transport) -> None:
 
 
 def _bound(
-    protocol: Callable[..., asyncio.Protocol], registry: _Registry, **further: object
+    protocol: Callable[..., asyncio.Protocol], registry: Registry, **further: object
 ) -> type[asyncio.Protocol]:
     # uvicorn creates protocols with its own arguments, so the registry is a class attribute.
     assert isinstance(protocol, type)
@@ -280,7 +171,7 @@ def _bound(
 # TLS by the listening socket would report a connection only after its handshake: until then no
 # limit would apply, and asyncio allocates a buffer of 256 KiB for each.
 class _Handshake(asyncio.Protocol):
-    registry: _Registry
+    registry: Registry
     http: type["_Http"]
     tls: ssl.SSLContext
 
@@ -326,7 +217,7 @@ class _Handshake(asyncio.Protocol):
 
 
 class _Http(H11Protocol):
-    registry: _Registry
+    registry: Registry
 
     def __init__(
         self,
@@ -390,11 +281,11 @@ class _Http(H11Protocol):
 
     def _headers_late(self) -> None:
         self._header_timer = None
-        _drop(self.transport, "headers_late")
+        self.registry.drop(self.transport, "headers_late")
 
 
 class _WebSocket(WebSocketsSansIOProtocol):
-    registry: _Registry
+    registry: Registry
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.registry.lost(self.transport)
@@ -405,6 +296,14 @@ class _WebSocket(WebSocketsSansIOProtocol):
         try:
             super().shutdown()
         except InvalidState:
+            self.transport.close()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        # What h11 takes for an upgrade may be none for this library, which uvicorn does not notice:
+        # no task has been started, and nothing else would end the connection.
+        if not self.handshake_initiated and not self.transport.is_closing():
+            self.transport.write(b"".join(self.conn.data_to_send()) or _NOT_A_WEBSOCKET)
             self.transport.close()
 
     def handle_connect(self, event: Request) -> None:
@@ -420,6 +319,9 @@ class _WebSocket(WebSocketsSansIOProtocol):
             # A close code is queued behind unread data of a stalled client without waiting.
             self.writable.set()
         await super().send(message)
+        if self.close_sent and self.initial_response is not None:
+            # A rejection is complete; for uvicorn it would be an error of the application.
+            self.handshake_complete = True
 
     # A frame that many clients get is not copied for each, as `send` does several times.
     async def _send_frame(self, frame: bytes) -> None:
@@ -427,21 +329,3 @@ class _WebSocket(WebSocketsSansIOProtocol):
         if self.disconnected or self.close_sent or self.conn.state is not State.OPEN:
             raise ClientDisconnected
         self.transport.write(frame)
-
-
-def text_frame(parts: Sequence[bytes]) -> bytes:
-    """Return a text as one WebSocket frame of a server, without mask (RFC 6455, section 5.2).
-
-    Parameters
-    ----------
-    parts : sequence of bytes
-        The text, UTF-8.
-    """
-    length = sum(map(len, parts))
-    if length < _LENGTH_16:
-        size = length.to_bytes(1, "big")
-    elif length < 1 << 16:
-        size = bytes([_LENGTH_16]) + length.to_bytes(2, "big")
-    else:
-        size = bytes([_LENGTH_64]) + length.to_bytes(8, "big")
-    return b"".join([_FINAL_TEXT, size, *parts])
