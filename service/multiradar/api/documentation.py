@@ -1,12 +1,13 @@
 """`/docs`: the OpenAPI document as one page without scripts or external resources."""
 
+import asyncio
 import html
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fastapi import APIRouter, Request
-from starlette.responses import HTMLResponse, JSONResponse
+from fastapi import APIRouter, FastAPI, Request
+from starlette.responses import HTMLResponse, JSONResponse, Response
 
 from multiradar.access.requirement import PUBLIC
 
@@ -27,21 +28,52 @@ _CODE = re.compile(r"(`+)(.+?)\1")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
 
 
+class Documents:
+    """The documents of an application: made at the first request for one, in a thread.
+
+    Parameters
+    ----------
+    application : FastAPI
+        The application.
+    """
+
+    def __init__(self, application: FastAPI) -> None:
+        self._application = application
+        self._making: asyncio.Task[tuple[bytes, bytes]] | None = None
+
+    async def encoded(self) -> tuple[bytes, bytes]:
+        """Return the OpenAPI document, and the page, encoded."""
+        if self._making is None:
+            self._making = asyncio.create_task(asyncio.to_thread(self._make))
+        # Others wait for it, too.
+        return await asyncio.shield(self._making)
+
+    def _make(self) -> tuple[bytes, bytes]:
+        document = self._application.openapi()
+        return bytes(JSONResponse(document).body), "".join(_page(document)).encode()
+
+
 # They describe the interface, which is public; they have no data.
 router = APIRouter(include_in_schema=False, dependencies=[PUBLIC])
 
 
 @router.get("/openapi.json")
-async def openapi_document(request: Request) -> JSONResponse:
+async def openapi_document(request: Request) -> Response:
     """Return the OpenAPI document of the application."""
-    return JSONResponse(request.app.openapi())
+    document, _ = await _documents(request).encoded()
+    return Response(document, media_type="application/json")
 
 
 @router.get("/docs")
 async def documentation(request: Request) -> HTMLResponse:
     """Return the OpenAPI document of the application as a page."""
-    page = "".join(_page(request.app.openapi()))
+    _, page = await _documents(request).encoded()
     return HTMLResponse(page, headers={"content-security-policy": _POLICY})
+
+
+def _documents(request: Request) -> Documents:
+    found: Documents = request.app.state.documents
+    return found
 
 
 def _page(document: Mapping[str, Any]) -> Iterator[str]:

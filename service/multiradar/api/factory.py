@@ -86,6 +86,7 @@ def create_api(
         service, workers, expensive, hub, limits, authentication, Pages(SystemClock().monotonic_s)
     )  # fmt: skip
     application.state.authentication = authentication
+    application.state.documents = documentation.Documents(application)
     every = (
         *routers,
         tracks.router, queries.router, sensors.router, streams.router, operations.router,
