@@ -6,8 +6,10 @@ coloured on a terminal, or JSON.
 
 import logging
 import sys
+import threading
 from collections.abc import MutableMapping
 from datetime import UTC, datetime
+from math import inf
 from typing import Any, TextIO
 
 import structlog
@@ -18,6 +20,37 @@ LEVELS = ("debug", "info", "warning", "error")
 
 #: Libraries that log every request or connection; only their warnings and errors are logged.
 _VERBOSE = ("uvicorn.access", "uvicorn.error", "httpx", "httpcore", "asyncio", "websockets")
+
+
+# Records of these libraries with one text, within an interval, s: clients may cause them without
+# credentials. The texts are few, but an error of asyncio may name objects.
+_RECORDS_MAX = 10
+_INTERVAL_S = 1.0
+_TEXTS_MAX = 64
+
+
+class _Bound(logging.Filter):
+    # Passes the first records of each interval; the next one states how many did not pass.
+    def __init__(self, clock: Clock) -> None:
+        super().__init__()
+        self._clock = clock
+        self._seen: dict[str, tuple[float, int]] = {}
+        self._lock = threading.Lock()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        text, now_s = str(record.msg).partition("\n")[0], self._clock.monotonic_s()
+        with self._lock:
+            since_s, count = self._seen.get(text, (-inf, 0))
+            if now_s - since_s < _INTERVAL_S:
+                self._seen[text] = since_s, count + 1
+                return count < _RECORDS_MAX
+            if text not in self._seen and len(self._seen) >= _TEXTS_MAX:
+                self._seen.clear()
+            self._seen[text] = now_s, 1
+        if count > _RECORDS_MAX:
+            record.msg = f"{record.getMessage()} ({count - _RECORDS_MAX} more not logged)"
+            record.args = None
+        return True
 
 
 class _TimeStamper:
@@ -78,8 +111,10 @@ def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = 
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.upper())
+    bound = _Bound(clock)
     for name in _VERBOSE:
         library = logging.getLogger(name)
+        library.filters[:] = [bound]
         library.handlers.clear()
         library.propagate = True
         library.setLevel(max(logging.WARNING, root.level))

@@ -50,6 +50,29 @@ def test_every_request_is_not_logged_but_failures_are() -> None:
     assert [record["event"] for record in _records(stream)] == ["broken"]
 
 
+def test_warnings_of_libraries_that_clients_cause_are_bounded_and_counted() -> None:
+    """A host without credentials could fill the disk with them."""
+    stream, clock = io.StringIO(), FixedClock()
+    configure_logs("info", "json", clock, stream)
+    library = logging.getLogger("uvicorn.error")
+    for _ in range(100):
+        library.warning("Invalid HTTP request received.")
+    library.error("another")
+    clock.advance(1.0)
+    library.warning("Invalid HTTP request received.")
+    library.warning("Invalid HTTP request received.")
+    assert [record["event"] for record in _records(stream)] == [
+        *["Invalid HTTP request received."] * 10,
+        "another",
+        "Invalid HTTP request received. (90 more not logged)",
+        "Invalid HTTP request received.",
+    ]
+    # Those of the service have bounds of their own.
+    for _ in range(100):
+        structlog.get_logger("multiradar.test").warning("event")
+    assert len(_records(stream)) == 113
+
+
 def test_an_exception_is_one_record() -> None:
     stream = io.StringIO()
     configure_logs("info", "json", FixedClock(), stream)
