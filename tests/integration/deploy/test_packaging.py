@@ -1,5 +1,6 @@
 """Container, compose and systemd files: hardened, pinned, on loopback, and valid."""
 
+import json
 import re
 import shutil
 import sys
@@ -11,9 +12,14 @@ from zipfile import ZipFile
 import pytest
 import yaml
 
-from multiradar.settings.limits import RuntimeLimits
+from multiradar.api.connections.server import TlsFiles
+from multiradar.api.factory import create_api
+from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.service import load_settings
+from support.fakes.fake_service import FakeService
 from support.paths import ROOT
+from support.processes.certificates import Authority
+from support.processes.live_server import serving
 from support.processes.waiting import run_to_end
 
 DEPLOY = ROOT / "deploy"
@@ -206,6 +212,25 @@ def test_supervisors_ask_for_liveness(services: dict[str, dict[str, Any]]) -> No
     # A call of the engine may take so long before the service is not alive.
     assert int(settings["WatchdogSec"][0].removesuffix("s")) < RuntimeLimits().stall_max_s
     assert settings["StartLimitIntervalSec"] == ["0"]
+
+
+@pytest.mark.parametrize("tls", [False, True])
+def test_the_health_check_of_the_containers_finds_a_service_with_and_without_tls(
+    tmp_path: Path, services: dict[str, dict[str, Any]], tls: bool
+) -> None:
+    """With a certificate a container was unhealthy for ever."""
+    _, python, option, check = services["multiradar"]["healthcheck"]["test"]
+    assert (python, option) == ("python", "-c")
+    (of_image,) = (rest for name, rest in instructions() if name == "HEALTHCHECK")
+    found = json.loads(of_image[of_image.index("CMD") + len("CMD") :])
+    assert [one.strip() for one in found] == [python, option, check.strip()]
+    files = TlsFiles(*Authority(tmp_path).issue("multiradar")) if tls else None
+    limits = HttpLimits()
+    with serving(create_api(FakeService(), limits), limits, files) as port:
+        healthy = run_to_end([sys.executable, "-c", check.replace("8321", str(port))])
+        assert healthy.returncode == 0, healthy.stderr
+    # Nothing listens there any more.
+    assert run_to_end([sys.executable, "-c", check.replace("8321", str(port))]).returncode != 0
 
 
 def test_the_unit_is_hardened() -> None:
