@@ -2,7 +2,8 @@
 
 import asyncio
 import json
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Path, Query, Request
@@ -23,7 +24,7 @@ from multiradar.ingest.http_requests import (
     source_of,
 )
 from multiradar.runtime.admission.sensors_in_force import SensorPlan, sensor_change
-from multiradar.runtime.live.receipt import key_of_sender
+from multiradar.runtime.live.receipt import Receipt, key_of_sender
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 from multiradar_schemas.sensors.sensor import Sensor
@@ -141,20 +142,19 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
             # With a key also if nothing differs: otherwise a late retry would undo a later change.
             if dry_run == "false" and (plan.change or key is not None):
                 change = sensor_change(sensor_id, values, reset_biases=reset)
-                receipt = await acknowledged(
-                    lambda: sink.change_sensor(
+
+                def submit() -> "Future[Receipt]":
+                    future = sink.change_sensor(
                         change, source=source_of(caller), idempotency_key=key
-                    ),
-                    ENGINE_LATE, threads, acknowledge_deadline_s,
-                )  # fmt: skip
+                    )
+                    # Also if it is confirmed only after the answer.
+                    future.add_done_callback(partial(_log_change, caller, sensor_id, plan))
+                    return future
+
+                receipt = await acknowledged(submit, ENGINE_LATE, threads, acknowledge_deadline_s)
         except ConfigurationError as error:
             raise RequestError(422, "SENSOR_INVALID", str(error)) from error
         duplicate = receipt is not None and receipt.duplicate
-        if receipt is not None and not duplicate:
-            SECURITY_LOG.info(
-                "sensor_changed", client=caller.name, sensor_id=sensor_id,
-                fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
-            )  # fmt: skip
         answer = {
             "sensor_id": sensor_id,
             "applied": receipt is not None,
@@ -166,6 +166,17 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         return Response(json.dumps(answer), media_type="application/json")
 
     return router
+
+
+def _log_change(
+    caller: Caller, sensor_id: str, plan: SensorPlan, future: "Future[Receipt]"
+) -> None:
+    if future.cancelled() or future.exception() is not None or future.result().duplicate:
+        return
+    SECURITY_LOG.info(
+        "sensor_changed", client=caller.name, sensor_id=sensor_id,
+        fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
+    )  # fmt: skip
 
 
 def _description(request: Request, body: bytes) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from ipaddress import ip_address, ip_network
 from typing import Protocol
 
 from multiradar.access.security_log import RepeatedEvents
+from multiradar.access.shares import client_at
 from multiradar.clock import Clock, SystemClock
 from multiradar.errors import ConfigurationError
 
@@ -171,7 +172,10 @@ class AcceptedConnection:
             return None
         if self._senders and not any(ip_address(peer) in one for one in self._senders):
             found.close()
-            self._events.warn("connection_not_allowed", peer, listener=self.endpoint)
+            origin = client_at(peer)
+            self._events.warn(
+                "connection_not_allowed", origin, address=peer, listener=self.endpoint
+            )
             return None
         _prepare(found)
         return found

@@ -3,13 +3,16 @@
 import json
 import time
 from collections.abc import Iterable
+from concurrent.futures import Future
 from typing import Any
 
 import httpx
 import pytest
 from structlog.testing import capture_logs
 
-from multiradar.ingest.http_sensors import BODY_BYTES_MAX, KEYS_MAX
+from multiradar.api.factory import create_api
+from multiradar.ingest.http_sensors import BODY_BYTES_MAX, KEYS_MAX, sensor_change_routes
+from multiradar.runtime.live.receipt import Receipt
 from support.fakes.fake_service import FakeService
 
 _OWN = "/v1/sensors/41-10"
@@ -43,9 +46,36 @@ async def test_a_description_is_read_changed_tried_and_sent_back(
         made = (await client.put(_OWN, json=described, headers=headers)).json()
     assert made == tried | {"applied": True, "journal_sequence": 1}
     assert len(service.sensor_changes) == 1
+    count = 'requests_total{method="PUT",route="/v1/sensors/{sensor_id}",status="200"}'
+    assert count in (await client.get("/metrics")).text
     assert (await _described(client)) == described
     logged = [one for one in logs if one["event"] == "sensor_changed"]
     assert [one["fields"] for one in logged] == [["range_sigma_m", "enabled"]]
+
+
+async def test_a_change_that_is_confirmed_after_the_answer_is_logged_then(
+    service: FakeService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was applied, and the security log did not contain it."""
+    changed, late = service.change_sensor, Future[Receipt]()
+    receipts: list[Receipt] = []
+
+    def change_later(change: bytes, **of_sender: Any) -> "Future[Receipt]":
+        receipts.append(changed(change, **of_sender).result())
+        return late
+
+    monkeypatch.setattr(service, "change_sensor", change_later)
+    application = create_api(service, routers=[sensor_change_routes(service, 0.01)])
+    transport = httpx.ASGITransport(application)
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        described = await _described(client)
+        with capture_logs() as logs:
+            answer = await client.put(_OWN, json=described | {"range_sigma_m": 80.0})
+            assert (answer.status_code, answer.json()["code"]) == (503, "NOT_ACKNOWLEDGED")
+            assert [one for one in logs if one["event"] == "sensor_changed"] == []
+            late.set_result(receipts[0])
+    logged = [one for one in logs if one["event"] == "sensor_changed"]
+    assert [one["fields"] for one in logged] == [["range_sigma_m"]]
 
 
 async def test_a_late_retry_is_a_duplicate_and_leaves_the_later_change(

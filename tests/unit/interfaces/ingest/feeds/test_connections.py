@@ -17,13 +17,13 @@ class Scene:
         self.ports: list[AcceptedConnection] = []
         self.peers: list[socket.socket] = []
 
-    def port(self, *senders: str) -> AcceptedConnection:
-        self.ports.append(AcceptedConnection("127.0.0.1", 0, senders, self.clock))
+    def port(self, *senders: str, address: str = "127.0.0.1") -> AcceptedConnection:
+        self.ports.append(AcceptedConnection(address, 0, senders, self.clock))
         return self.ports[-1]
 
     def connect(self, port: AcceptedConnection) -> socket.socket:
-        number = int(port.endpoint.rpartition(":")[2])
-        self.peers.append(socket.create_connection(("127.0.0.1", number)))
+        address, _, number = port.endpoint.removeprefix("tcp/").rpartition(":")
+        self.peers.append(socket.create_connection((address, int(number))))
         return self.peers[-1]
 
 
@@ -75,14 +75,16 @@ def test_a_peer_that_sends_keeps_its_place(scene: Scene) -> None:
     assert port.receive() is None
 
 
-def test_a_peer_that_is_not_listed_is_rejected_and_logged(scene: Scene) -> None:
-    port = scene.port("192.0.2.0/24", "2001:db8::/32")
+@pytest.mark.parametrize(("address", "origin"), [("127.0.0.1", "127.0.0.1"), ("::1", "::/64")])
+def test_a_peer_that_is_not_listed_is_rejected_and_logged(
+    scene: Scene, address: str, origin: str
+) -> None:
+    """A host with a network of IPv6 addresses was logged with each of them."""
+    port = scene.port("192.0.2.0/24", "2001:db8::/32", address=address)
     peer = scene.connect(port)
     with capture_logs() as logs:
         wait_until(lambda: port.open() or bool(logs), "the rejection")
-    assert [(one["event"], one["origin"]) for one in logs] == [
-        ("connection_not_allowed", "127.0.0.1")
-    ]
+    assert [(one["event"], one["origin"]) for one in logs] == [("connection_not_allowed", origin)]
     assert peer.recv(1) == b""
     listed = scene.port("192.0.2.0/24", "127.0.0.0/8")
     scene.connect(listed)
