@@ -66,19 +66,20 @@ class Tokens:
                 leeway=_LEEWAY_S,
                 options={"require": list(_REQUIRED)},
             )
-        except (jwt.InvalidTokenError, KeyError, TypeError, ValueError):
+            until_s = float(claims["exp"]) + _LEEWAY_S
+        except (jwt.InvalidTokenError, KeyError, TypeError, ValueError, OverflowError):
             return None
-        return _caller(claims)
+        return _caller(claims, until_s)
 
 
-def _caller(claims: dict[str, Any]) -> Caller:
+def _caller(claims: dict[str, Any], until_s: float) -> Caller:
     scopes = str(claims.get("scope", "")).split()
     return Caller(
         TOKEN_PREFIX + _claim(claims, "sub", _NAME, _NAME_FORM),
         frozenset(role for role in Role if role in scopes),
         # A list without sensors permits none.
         _claim(claims, "sensors", _SENSORS, _SENSORS_FORM) if "sensors" in claims else None,
-        float(claims["exp"]) + _LEEWAY_S,
+        until_s,
     )
 
 

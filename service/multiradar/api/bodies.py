@@ -30,6 +30,7 @@ class Body:
         self._until_s = asyncio.get_running_loop().time() + duration_s
         self._late = f"the body did not arrive within {duration_s} s"
         self._waiting: asyncio.Timeout | None = None
+        self._ended = False
 
     @asynccontextmanager
     async def deadline(self) -> AsyncIterator[None]:
@@ -46,8 +47,11 @@ class Body:
         Raises
         ------
         RequestError
-            429 at the bound of the client, 503 at that of all.
+            429 at the bound of the client, 503 at that of all; 408 if it has been ended.
         """
+        if self._ended:
+            # The piece came at the same time.
+            raise self.error()
         self._bodies.add(self, count)
 
     def arrived(self) -> None:
@@ -60,6 +64,7 @@ class Body:
 
     def end(self) -> None:
         """End it now, for others."""
+        self._ended = True
         self._until_s = 0.0
         self._late = (
             "the body arrived too slowly, and its memory was released for other requests; "

@@ -146,6 +146,19 @@ def test_a_body_shorter_than_announced_runs_into_the_deadline(service: FakeServi
         assert _code(raw.answer()) == (b"408", "BODY_TIMEOUT")
 
 
+def test_a_stream_waits_for_the_body_that_its_request_announces(service: FakeService) -> None:
+    """It began, and ended with an error of the service at the deadline of the body."""
+    request = b"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1\r\n\r\n"
+    limits = HASTY_WITH_BODIES
+    with serving(create_api(service, limits), limits) as port:
+        with contextlib.closing(RawClient(port)) as raw:
+            raw.send(request)
+            assert _code(raw.answer()) == (b"408", "BODY_TIMEOUT")
+        with contextlib.closing(RawClient(port)) as raw:
+            raw.send(request + b"x")
+            assert b"200 OK" in raw.until(b"retry")
+
+
 def test_headers_longer_than_allowed_are_rejected(raw: RawClient) -> None:
     raw.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX: " + b"a" * 20_000 + b"\r\n\r\n")
     assert _code(raw.until(b"}")) == (b"431", "HEADERS_TOO_LARGE")

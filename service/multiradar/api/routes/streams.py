@@ -74,6 +74,9 @@ async def server_sent_events(
 ) -> Response:
     """Stream events: `id` is the sequence number, `event` the kind, `data` the JSON object."""
     chosen = chosen_kinds(kinds)
+    # A body that does not arrive is answered 408 now, not an error within the stream.
+    async for _ in request.stream():
+        pass
     last_event_id = request.headers.get("last-event-id")
     if last_event_id is not None:
         after = _sequence(last_event_id, "Last-Event-ID")

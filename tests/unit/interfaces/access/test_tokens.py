@@ -98,6 +98,8 @@ def signed_with_the_public_key() -> str:
         lambda: token(aud="another-service"),
         lambda: token(exp=SystemClock().now_s() - 3600.0),
         lambda: token(exp=None),
+        lambda: token(exp=10**400),
+        lambda: token(exp=float("inf")),
         lambda: token(sub=None),
         lambda: token(sub="a b"),
         lambda: token(nbf=SystemClock().now_s() + 3600.0),

@@ -130,6 +130,18 @@ async def test_a_body_that_has_just_expired_gives_room_to_others() -> None:
     assert (slow.held, other.held) == (0, 1_000)
 
 
+async def test_a_body_that_was_ended_takes_no_further_piece() -> None:
+    """One that came at the same turn was counted without those before it, and ended others."""
+    bodies = Bodies(LIMITS)
+    slow, other = Body(bodies, "a", 10.0), Body(bodies, "b", 10.0)
+    slow.hold(1_000)
+    other.hold(1_000)
+    with pytest.raises(RequestError, match="released for other requests") as rejected:
+        slow.hold(1_000)
+    assert rejected.value.status == 408
+    assert (slow.held, other.held) == (0, 1_000)
+
+
 def _holding(bodies: Bodies, client: str, count: int) -> Body:
     body = Body(bodies, client, 10.0)
     body.hold(count)
