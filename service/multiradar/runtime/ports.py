@@ -344,7 +344,13 @@ class OperatedSink(MeasurementSink, Protocol):
         ...
 
     def has_message(self, idempotency_key: str) -> bool:
-        """Return whether the journal has a message with this key; it is then a duplicate."""
+        """Return whether the journal has a message with this key; it is then a duplicate.
+
+        Raises
+        ------
+        PipelineError
+            If the service is not running.
+        """
         ...
 
     def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:

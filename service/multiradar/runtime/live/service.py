@@ -119,12 +119,10 @@ class Service:
         self._on_failure, self._snapshot_rules = on_failure, snapshots
         self._clock = clock or SystemClock()
         self._threads = threads or SystemThreads()
-        self._open_journal = open_journal
-        self._open_engine = open_engine
+        self._open_journal, self._open_engine = open_journal, open_engine
         self._sensors = SensorsInForce.of(sensors, described)
-        self._tracking = tracking
         self._limits = limits or RuntimeLimits()
-        self._horizon_s = tracking.reorder_horizon_s
+        self._tracking, self._horizon_s = tracking, tracking.reorder_horizon_s
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
         self._intake = Intake(self._limits, threads, self._clock)
@@ -302,6 +300,7 @@ class Service:
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:
         """Submit the end of a stream: the reorder buffer is emptied; see `OperatedSink.flush`."""
+        require_running(self._state, self.failure, self.start_step)
         known = idempotency_key is not None and self.has_message(idempotency_key)
         if not (force or known) and (live := self._watch.host_clock.live()):
             raise LiveStreamError(live)
@@ -335,6 +334,7 @@ class Service:
 
     def has_message(self, idempotency_key: str) -> bool:
         """Return whether a message is in the journal; see `OperatedSink.has_message`."""
+        require_running(self._state, self.failure, self.start_step)
         return self._journal is not None and self._journal.find(idempotency_key) is not None
 
     def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:

@@ -125,6 +125,28 @@ def test_a_standby_follows_without_accepting_and_takes_over(pair: Pair) -> None:
     assert pair.failed == 0
 
 
+def test_only_a_running_service_is_asked_for_an_earlier_message(pair: Pair) -> None:
+    """A standby answered a flush with a key with an internal error, which ended a replay."""
+    submit(pair.primary, FRAME[:300], "a")
+    pair.standby.start()
+    pair.level()
+
+    def assert_rejected(service: Service, reason: str) -> None:
+        for key in ("a", "b", None):
+            with pytest.raises(PipelineError, match=reason):
+                service.flush(source="test", idempotency_key=key)
+        with pytest.raises(PipelineError, match=reason):
+            service.has_message("a")
+
+    assert_rejected(pair.second, "this service is the standby")
+    pair.primary.drain()
+    assert_rejected(pair.primary, "the service is draining")
+    wait_until(lambda: pair.began, "the takeover")
+    assert pair.second.has_message("a")
+    flushed = pair.second.flush(source="test", idempotency_key="b").result(WAIT_TIMEOUT_S)
+    assert not flushed.duplicate
+
+
 def test_what_a_standby_has_processed_has_been_counted(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
