@@ -175,7 +175,7 @@ class LiveView:
         started_s = None if isinstance(subject, str) else known.past.started_s(subject)
         if started_s is not None:
             begin_s = max(begin_s, started_s - DISORDER_S)
-        from_s = known.past.complete_from_s(history.name) + DISORDER_S
+        from_s = known.past.complete_of_s(history.name, subject)
         if begin_s >= from_s:
             return history.read(known, subject, since_s, limit, until_s)
         newer = history.read(known, subject, from_s, limit, until_s)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.memory.set_backs import SetBacks
 from multiradar.runtime.row_ring import RowRing
 from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, rows_of, table_of
@@ -34,6 +35,7 @@ class BiasBoard:
     STATE: ClassVar[Fields] = {
         "_latest": dict[int, dict[int, np.ndarray]],
         "_epoch": int | None,
+        "_set_backs": SetBacks,
     }
 
     def __init__(self, sensors: SensorTable, rows_max: int) -> None:
@@ -42,6 +44,7 @@ class BiasBoard:
         self.ring = RowRing(rows_max, BIAS_DTYPE)
         self._latest: dict[int, dict[int, NDArray[np.void]]] = {}
         self._epoch: int | None = None
+        self._set_backs = SetBacks()
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""
@@ -58,10 +61,13 @@ class BiasBoard:
         first = self.ring.oldest
         if not first:
             return -np.inf
-        # The epoch of the oldest record may be there by half. It may be after the newest one, if
-        # the data time was set back since.
-        ends = self.ring.rows(first, first + 1), self.ring.last(1)
-        return min(float(rows["time_s"][0]) for rows in ends)
+        # The epoch of the oldest record may be incomplete.
+        oldest_s = float(np.nextafter(self.ring.rows(first, first + 1)["time_s"][0], np.inf))
+        return min(oldest_s, self._set_backs.limit_s(first))
+
+    def set_back(self, time_s: float) -> None:
+        """Expect records from an earlier time on."""
+        self._set_backs.add(self.ring.appended, time_s, self.ring.oldest)
 
     def append(self, records: BiasRecords) -> None:
         """Add records, in order."""

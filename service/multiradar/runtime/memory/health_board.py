@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from multiradar.runtime.memory.set_backs import SetBacks
 from multiradar.state import Fields
 from multiradar.tracking.health.health_records import HealthRecords
 
@@ -13,7 +14,7 @@ HEALTH_EPOCHS_MAX = 2700
 
 
 class HealthBoard:
-    """The records of the last epochs; one owner.
+    """The records of the last epochs, numbered from 0 as they are added; one owner.
 
     Parameters
     ----------
@@ -21,79 +22,86 @@ class HealthBoard:
         Number of retained epochs; the oldest are discarded first.
     """
 
-    STATE: ClassVar[Fields] = {"_joined": tuple[HealthRecords, list[int]]}
+    STATE: ClassVar[Fields] = {
+        "_joined": tuple[HealthRecords, list[int], int],
+        "_set_backs": SetBacks,
+    }
 
     def __init__(self, epochs_max: int = HEALTH_EPOCHS_MAX) -> None:
-        self._epochs: deque[HealthRecords] = deque(maxlen=epochs_max)
+        # With the number of the first record of each: an epoch that a flush has closed, or that
+        # comes again after a step back, has the name of another one.
+        self._epochs: deque[tuple[int, HealthRecords]] = deque(maxlen=epochs_max)
+        self._set_backs = SetBacks()
 
     @property
-    def _joined(self) -> tuple[HealthRecords, list[int]]:
-        # All records, and the number of each epoch: a snapshot has few arrays.
-        return HealthRecords.concatenate(self._epochs), [len(one) for one in self._epochs]
+    def _joined(self) -> tuple[HealthRecords, list[int], int]:
+        # All records, the length of each epoch, and the number of the first: a snapshot has few
+        # arrays.
+        epochs = [records for _, records in self._epochs]
+        first = self._epochs[0][0] if self._epochs else 0
+        return HealthRecords.concatenate(epochs), [len(one) for one in epochs], first
 
     @_joined.setter
-    def _joined(self, state: tuple[HealthRecords, list[int]]) -> None:
-        records, lengths = state
-        number = np.repeat(np.arange(len(lengths)), lengths)
+    def _joined(self, state: tuple[HealthRecords, list[int], int]) -> None:
+        records, lengths, first = state
+        ends = np.cumsum([0, *lengths]).tolist()
+        place = np.repeat(np.arange(len(lengths)), lengths)
         self._epochs.clear()
-        self._epochs.extend(records.select(number == one) for one in range(len(lengths)))
+        self._epochs.extend(
+            (first + ends[one], records.select(place == one)) for one in range(len(lengths))
+        )
+
+    @property
+    def appended(self) -> int:
+        """Number of records so far."""
+        epochs = tuple(self._epochs)
+        return epochs[-1][0] + len(epochs[-1][1]) if epochs else 0
 
     def append(self, records: HealthRecords) -> None:
         """Add the records of closed epochs, in order."""
-        if not len(records):
-            return
         for epoch in np.unique(records.epoch):
-            self._epochs.append(records.select(records.epoch == epoch))
+            self._epochs.append((self.appended, records.select(records.epoch == epoch)))
+
+    def set_back(self, time_s: float) -> None:
+        """Expect records from an earlier time on."""
+        oldest = self._epochs[0][0] if self._epochs else 0
+        self._set_backs.add(self.appended, time_s, oldest)
 
     @property
     def complete_from_s(self) -> float:
         """Time from which all records are retained, s; -inf if none was discarded."""
         epochs = tuple(self._epochs)
-        if len(epochs) < (self._epochs.maxlen or 0):
+        if not epochs or not epochs[0][0]:
             return -np.inf
-        # The oldest may be after the newest, if the data time was set back since.
-        return min(float(one.time_s[0]) for one in (epochs[0], epochs[-1]))
+        first, oldest = epochs[0]
+        return min(float(oldest.time_s[0]), self._set_backs.limit_s(first))
 
-    def after(
-        self, last: tuple[int, float] | None, *, repeating: bool = False
-    ) -> tuple[HealthRecords, tuple[int, float] | None]:
-        """Return the retained records after an epoch, and the last epoch.
+    def after(self, number: int) -> tuple[HealthRecords, int]:
+        """Return the retained records from a number on.
 
         Parameters
         ----------
-        last : tuple of int and float, or None
-            Number and end of an epoch; None, or one that is no longer retained: all records. No
-            record before the epoch is there again, as while the engine processes the journal again.
-        repeating : bool
-            Whether it does, as far as is known.
+        number : int
+            How many records were returned earlier, or discarded since.
 
         Returns
         -------
         records : HealthRecords
-            In order.
-        last : tuple of int and float, or None
-            Number and end of the last retained epoch; None without any.
+            In order; none as long as the engine processes the journal again.
+        lost : int
+            Records from that number on that are no longer retained.
         """
-        new: list[HealthRecords] = []
-        named = None
+        # A copy: the owner may append meanwhile.
         epochs = tuple(self._epochs)
-        for records in reversed(epochs):
-            name = int(records.epoch[0]), float(records.time_s[0])
-            named = named or name
-            if name == last:
-                break
-            new.append(records)
-        else:
-            if last is not None and named is not None:
-                has_all = len(epochs) < (self._epochs.maxlen or 0)
-                if repeating or (has_all and named < last):
-                    return HealthRecords.concatenate([]), last
-        return HealthRecords.concatenate(new[::-1]), named
+        # Whole epochs: each call has returned what there was.
+        parts = [records for first, records in epochs if first >= number]
+        oldest = epochs[0][0] if epochs else 0
+        return HealthRecords.concatenate(parts), max(oldest - number, 0)
 
     def at(self, time_s: float) -> HealthRecords:
         """Return the records of the last epoch that had ended at a data time; none before it."""
         # A copy: the owner may append meanwhile.
-        for records in reversed(tuple(self._epochs)):
+        for _, records in reversed(tuple(self._epochs)):
             if records.time_s[0] <= time_s:
                 return records
         return HealthRecords.concatenate([])

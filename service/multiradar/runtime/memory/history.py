@@ -16,6 +16,7 @@ from multiradar import wire
 from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.memory.set_backs import SetBacks
 from multiradar.runtime.row_ring import RowRing, store
 from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, table_of
@@ -64,7 +65,7 @@ class TrackHistory(RowRing):
         Of the rows, with `track_id` and `time_s`.
     """
 
-    STATE: ClassVar[Fields] = {"_set_backs": list[tuple[int, float]]}
+    STATE: ClassVar[Fields] = {"_set_backs": SetBacks}
 
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
         super().__init__(rows_max, row_type)
@@ -73,8 +74,7 @@ class TrackHistory(RowRing):
         self._previous = np.empty(rows_max, np.int64)
         # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, NONE, np.int64)
-        # When the data time was set back: number of the next row, and the time, s.
-        self._set_backs: list[tuple[int, float]] = []
+        self._set_backs = SetBacks()
 
     def __len__(self) -> int:
         return min(self._appended, len(self._rows))
@@ -87,14 +87,12 @@ class TrackHistory(RowRing):
 
     def set_back(self, time_s: float) -> None:
         """Expect rows from an earlier time on."""
-        kept = [one for one in self._set_backs if one[0] > self.oldest]
-        # Replaced, because readers have no lock.
-        self._set_backs = [*kept, (self._appended, time_s)]
+        self._set_backs.add(self._appended, time_s, self.oldest)
 
     @property
     def first_since_set_back(self) -> int:
         """Number of the first row since the data time was last set back; 0 if it never was."""
-        return self._set_backs[-1][0] if self._set_backs else 0
+        return self._set_backs.last
 
     def read(self, track_id: int, since_s: float | None, limit: int) -> NDArray[np.void]:
         """Return rows of a track, oldest first.
@@ -213,8 +211,10 @@ class TrackHistory(RowRing):
 
     # The time of a row; of a superseded one that of the step. These ascend.
     def _ordered_s(self, number: int) -> float:
-        time_s = float(self._time_s[number % len(self._rows)])
-        return min([time_s, *(back_s for first, back_s in self._set_backs if number < first)])
+        return min(self._own_s(number), self._set_backs.limit_s(number))
+
+    def _own_s(self, number: int) -> float:
+        return float(self._time_s[number % len(self._rows)])
 
     # Of the rows with these numbers, those of a span that are not overwritten, by ascending time.
     def _within(
@@ -222,9 +222,7 @@ class TrackHistory(RowRing):
     ) -> NDArray[np.void]:
         numbers = np.arange(first, last)
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
-        times = rows["time_s"].copy()
-        for number, back_s in self._set_backs:
-            times[numbers < number] = np.minimum(times[numbers < number], back_s)
+        times = np.minimum(rows["time_s"], self._set_backs.limits_s(numbers))
         wanted = (numbers >= self.oldest) & (times > span_s[0]) & (times <= span_s[1])
         if not superseded:
             wanted &= times == rows["time_s"]
@@ -262,6 +260,21 @@ class TrackHistory(RowRing):
     def complete_from_s(self) -> float:
         """Time from which all rows are retained, s; -inf if none was overwritten."""
         return self._ordered_s(self.oldest) if self.oldest else -np.inf
+
+    def complete_of_s(self, track_id: int) -> float:
+        """Return the time from which all rows of a track are retained, s.
+
+        -inf if none was overwritten, inf if all may have been. A step terminates all tracks, so
+        that a track has no rows on both sides of one.
+        """
+        oldest = self.oldest
+        known = 0 < track_id < len(self._newest)
+        newest = int(self._newest[track_id]) if known else NONE
+        if not oldest or self._set_backs.between(oldest, newest):
+            return -np.inf
+        if newest < oldest and len(self._set_backs):
+            return np.inf
+        return self._own_s(oldest) + DISORDER_S
 
     def _append(self, rows: NDArray[np.void]) -> None:
         self._claimed = self._appended + len(rows)

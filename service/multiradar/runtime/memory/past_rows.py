@@ -49,7 +49,9 @@ class PastRows:
 
     def set_back(self, time_s: float) -> None:
         """Expect earlier times: the data time was set back, and all tracks were terminated."""
-        for one in (self.updates, self.transitions, self.plots):
+        for one in (
+            self.updates, self.transitions, self.plots, self._biases, self._healths,
+        ):  # fmt: skip
             one.set_back(time_s)
 
     @property
@@ -80,6 +82,26 @@ class PastRows:
             except StateError:
                 # The oldest bias was overwritten meanwhile.
                 continue
+
+    def complete_of_s(self, table: str, subject: int | str) -> float:
+        """Return the time from which the rows of a track or a sensor are retained completely, s.
+
+        Parameters
+        ----------
+        table : str
+            `updates` or `transitions` for a track, `biases` for a sensor.
+        subject : int or str
+            The track or the sensor.
+
+        Returns
+        -------
+        float
+            -inf if nothing was discarded, inf if all may have been.
+        """
+        if isinstance(subject, str):
+            return self.complete_from_s(table)
+        held = {"updates": self.updates, "transitions": self.transitions}
+        return held[table].complete_of_s(subject)
 
     def updates_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
         """Return the retained updates of a span of time, rows of `SPREAD_DTYPE`, by time."""

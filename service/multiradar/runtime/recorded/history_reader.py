@@ -127,7 +127,8 @@ class HistoryReader:
         table = _TABLES[name]
         found = pl.DataFrame(schema=table.schema)
         # Part by part, so that a page of a long time does not read all of them.
-        paths = parts_between(self._folder, table.file, max(since_s, -TIME_MAX_S), before_s)
+        span_s = max(since_s, -TIME_MAX_S), min(before_s, TIME_MAX_S)
+        paths = parts_between(self._folder, table.file, *span_s)
         for path in reversed(paths) if last else paths:
             check_deadline()
             rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(

@@ -82,7 +82,7 @@ def present_positions(known: Knowledge, journal: Journal) -> dict[str, Any]:
         table: known.logs[ring].appended for table, (ring, _) in _RINGS.items()
     }
     return found | {
-        HEALTH_FILE: known.healths.after(None)[1], MEASUREMENTS_FILE: journal.counts().entries,
+        HEALTH_FILE: known.healths.appended, MEASUREMENTS_FILE: journal.counts().entries,
     }  # fmt: skip
 
 
@@ -116,21 +116,14 @@ def new_rows(
     JournalError
         The journal cannot be read.
     """
-    # The health first: while the engine processes the journal again, its epochs are repeated at
-    # least until the rings have their rows again.
-    last = positions[HEALTH_FILE]
-    records, reached = known.healths.after(
-        None if last is None else (last[0], last[1]),
-        repeating=any(
-            known.logs[ring].appended < positions[table] for table, (ring, _) in _RINGS.items()
-        ),
-    )
+    position = positions[HEALTH_FILE]
+    records, lost = known.healths.after(position)
     health = wire.health_frame(records, known.sensors)
     found = {
         table: _of_ring(known, ring, frame, positions[table])
         for table, (ring, frame) in _RINGS.items()
     }
-    found[HEALTH_FILE] = NewRows(health, reached or last)
+    found[HEALTH_FILE] = NewRows(health, position + lost + len(records), lost)
     found[MEASUREMENTS_FILE] = _measurements(journal, until, positions[MEASUREMENTS_FILE])
     return found
 

@@ -19,6 +19,7 @@ from multiradar.runtime.live.publication import Processed
 from multiradar.runtime.live.readiness import Disk
 from multiradar.runtime.live.threads import Event, Thread, Threads
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.offline.offline_job import HEALTH_FILE
 from multiradar.runtime.recorded.history_files import HistoryFolder, HistoryState
 from multiradar.runtime.recorded.history_rows import is_due, new_rows, present_positions
 from multiradar.settings.limits import RuntimeLimits
@@ -223,6 +224,9 @@ class HistoryWriter:
                 raise ConfigurationError(f"{folder.path}: {reason}; {advice}")
             else:
                 self._positions = dict(state.positions)
+                if not isinstance(self._positions.get(HEALTH_FILE), int):
+                    # Of a version that named epochs, which recur after a step back.
+                    self._positions[HEALTH_FILE] = self._first[HEALTH_FILE]
         except BaseException:
             folder.close()
             raise

@@ -49,6 +49,7 @@ OTHER = {
     "ReorderBuffer": "_horizon_s arrivals dropped",
     "SensorBoard": "_sensors",
     "SensorHealth": "_sensors _settings _radars _periods _sites _noises _bounds_bias_errors",
+    "SetBacks": "",
     "SharedBiases": "_sensors _filter _epoch_s",
     "SiteUse": "_sites",
     "TrackHistory": "_rows _appended _claimed _time_s _previous _newest",

@@ -220,6 +220,20 @@ def test_after_a_step_back_rows_with_later_times_before_it_are_superseded(
     assert history.read(2, None, 1000)["sequence"].tolist() == track["sequence"].tolist()
 
 
+def test_steps_without_rows_between_them_are_one_step() -> None:
+    """Each of them was kept, and searched by every reader, until a row was overwritten."""
+    history, rows = TrackHistory(50), np.zeros(10, UPDATE_DTYPE)
+    rows["track_id"], rows["time_s"] = 1, 100.0 + np.arange(10)
+    history.append(rows)
+    for time_s in (108.0, 104.5, 106.0):
+        history.set_back(time_s)
+    assert len(history._set_backs) == 1
+    assert history.between(0.0, 200.0)["time_s"].tolist() == [100.0, 101.0, 102.0, 103.0, 104.0]
+    history.append(rows[4:])
+    history.set_back(105.0)
+    assert len(history._set_backs) == 2
+
+
 def test_tracks_terminated_by_a_step_back_have_ended_at_its_time_also_after_a_restart() -> None:
     sensors_, limits = sensors(), RuntimeLimits()
 
