@@ -257,10 +257,10 @@ class ShardedSteps:
                 continue
             if ready:
                 self._take_over(place)
-                self.counts.restored += 1
                 if place.lost_s is not None:
+                    self.counts.restored += 1
                     self.counts.recovery_s = now_s - place.lost_s
-                _log.info("shard %d restored after %s s", place.number, self.counts.recovery_s)
+                    _log.info("shard %d restored after %s s", place.number, self.counts.recovery_s)
 
     def _is_ready(self, place: _Place) -> bool:
         if place.link is None:

@@ -194,7 +194,7 @@ class HistoryFolder:
         self._octets: dict[int, int] = {}
         #: Earliest time of a track, s; None without any.
         self.oldest_s: float | None = None
-        # Time of the last row of a table that the last write with such rows has, s.
+        # Time of the last row written, by table, s.
         self._written_s: dict[str, float] = {}
         try:
             path.mkdir(exist_ok=True)

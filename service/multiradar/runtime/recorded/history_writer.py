@@ -315,6 +315,8 @@ class HistoryWriter:
 def _reason(error: Exception) -> str:
     if is_full(error):
         return "the history disk is full; free some space, or lower history.octets"
+    if isinstance(error.__cause__, BlockingIOError):
+        return "another service is still writing it; this service tries again every 30 s"
     if isinstance(error, RemovedEntriesError):
         return (
             "entries of the journal that follow the history are only in its archive; choose a new "

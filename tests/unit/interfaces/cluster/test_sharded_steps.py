@@ -73,6 +73,23 @@ def test_the_front_steps_the_partitions_of_a_shard_that_has_not_started(
     assert found["recovery_s"] >= 0.0
 
 
+def test_shards_that_were_renewed_are_not_counted_as_restored(
+    engines: Engines, expected: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """After a change of the sensors each of them was logged as restored after None s."""
+
+    def renewed(epoch: int, steps: ShardedSteps) -> None:
+        if epoch == 1:
+            steps.renew(steps._pool, steps._spec.model)
+
+    caplog.set_level("INFO")
+    assert engines.on_shards(LocalHost(), 2, renewed) == expected
+    found = engines.document
+    assert (found["lost"], found["restored"], found["partitions_of_front"]) == (0, 0, 0)
+    assert found["recovery_s"] is None
+    assert "restored" not in caplog.text
+
+
 def test_a_shard_that_cannot_start_is_started_again_after_a_pause(
     engines: Engines, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -165,6 +165,28 @@ def test_a_journalled_message_is_bounded_and_what_is_unusable_there_is_counted()
     assert (neighbour["tracks"], neighbour["messages"]) == (1, 1)
 
 
+def test_no_region_is_silent_before_there_is_a_data_time() -> None:
+    """After a step back each neighbour was silent until the next update, with an alarm."""
+    board, engine = RegionBoard(AREAS, RegionRules()), FakeEngine()
+
+    def states() -> list[str]:
+        return [one["state"] for one in board.figures()["neighbours"]]
+
+    assert states() == ["expected"]
+    board.hand_over(packed(handover()))
+    assert (board.silent(), states()) == ([], ["alive"])
+    board.absorb(engine.push(timed_batch([10.0])))
+    board.hand_over(packed(handover()))
+    assert (board.silent(), states()) == ([], ["alive"])
+    board.set_back()
+    assert (board.silent(), states()) == ([], ["alive"])
+    board.hand_over(packed(handover()))
+    board.absorb(engine.push(timed_batch([5.0])))
+    board.hand_over(packed(handover()))
+    board.absorb(engine.push(timed_batch([500.0])))
+    assert (board.silent(), states()) == (["east"], ["silent"])
+
+
 def test_the_end_of_a_track_without_updates_removes_it() -> None:
     board, engine = RegionBoard(AREAS, RegionRules()), FakeEngine()
     output = engine.push(timed_batch([10.0]))

@@ -1,5 +1,6 @@
 """A history that cannot be opened is tried again, and the alarm says what to do."""
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ from multiradar.errors import RemovedEntriesError
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.recorded import history_writer
 from multiradar.runtime.recorded.history import keep_history
-from multiradar.runtime.recorded.history_files import HistoryFolder, history_tables
+from multiradar.runtime.recorded.history_files import STATE_FILE, HistoryFolder, history_tables
 from multiradar.runtime.recorded.history_writer import HISTORY_STOPPED, HistoryRules
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
@@ -77,9 +78,31 @@ def test_a_history_that_another_service_still_writes_is_continued_after_it(
     held = HistoryFolder(folder, dict)
     with running(journal, folder) as service:
         submit(service, FRAME[300:])
-        assert HISTORY_STOPPED in settled(service)["alarms"]  # type: ignore[operator]
+        status = settled(service)
+        assert HISTORY_STOPPED in status["alarms"]  # type: ignore[operator]
+        # Also at each takeover, until the primary has written its last rows.
+        assert "another service is still writing it; this service tries again" in str(
+            status["warnings"]
+        )
         held.close()
         wait_until(lambda: service.view.status()["alarms"] == [], "the history")
+    rows = pl.read_parquet(list(history_tables(folder)["tracks.parquet"]))
+    assert len(rows) == 600
+
+
+def test_a_history_with_epochs_by_name_is_continued(tmp_path: Path) -> None:
+    journal, folder = MemoryJournal(), tmp_path / "history"
+    with running(journal, folder) as service:
+        submit(service, FRAME[:300])
+    state = json.loads((folder / STATE_FILE).read_bytes())
+    for name in (None, [1, 4.0]):
+        state["positions"]["health.parquet"] = name
+        (folder / STATE_FILE).write_text(json.dumps(state))
+        with running(journal, folder) as service:
+            assert settled(service)["alarms"] == []
+    with running(journal, folder) as service:
+        submit(service, FRAME[300:])
+        assert settled(service)["alarms"] == []
     rows = pl.read_parquet(list(history_tables(folder)["tracks.parquet"]))
     assert len(rows) == 600
 

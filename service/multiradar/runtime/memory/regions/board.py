@@ -187,8 +187,7 @@ class RegionBoard:
     def silent(self) -> list[str]:
         """Return the neighbours that have been heard and are silent."""
         with self._lock:
-            heard = {name: one.heard_s for name, one in self._neighbours.items() if one.messages}
-            return [name for name in heard if not self._is_alive(self._neighbours[name])]
+            return [name for name, one in self._neighbours.items() if self._is_silent(one)]
 
     def figures(self) -> dict[str, Any]:
         """Return counts of tracks, and of each neighbour its state and what it handed over."""
@@ -341,12 +340,17 @@ class RegionBoard:
     def _is_alive(self, one: Neighbour) -> bool:
         return self._reached_s - one.heard_s <= self.rules.silence_s
 
+    def _is_silent(self, one: Neighbour) -> bool:
+        # After a step back nothing is known of any, until there is an update.
+        known = one.messages > 0 and bool(np.isfinite(self._reached_s))
+        return known and not self._is_alive(one)
+
     def _depth_m(self, rows: NDArray[np.void]) -> NDArray[np.float64]:
         return self.areas.depth_m(rows["latitude_rad"], rows["longitude_rad"])
 
     def _figures(self, name: str, one: Neighbour) -> dict[str, Any]:
         age_s = self._reached_s - one.heard_s
-        state = "alive" if self._is_alive(one) else "silent"
+        state = "silent" if self._is_silent(one) else "alive"
         return {
             "name": name,
             "latitude_deg": self.areas.neighbours[name].latitude_deg,
