@@ -318,10 +318,14 @@ class Snapshots:
         """
 
         def damaged(error: JournalError) -> None:
-            # Without them a shortened journal could not be continued at all.
-            if not keep and not journal.removed_until():
-                self._folder.clear()
-            on_damage(error)
+            try:
+                # Without them a shortened journal could not be continued at all.
+                if not keep and not journal.removed_until():
+                    self._folder.clear()
+            except (JournalError, OSError) as further:
+                _log.warning("snapshots are kept: %s", further)
+            finally:
+                on_damage(error)
 
         if self._restored.sequence:
             given = (self._restored, damaged, self._clock, self._threads)

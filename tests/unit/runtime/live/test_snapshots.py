@@ -336,6 +336,30 @@ def test_damage_before_the_snapshot_stops_the_service_and_the_next_start(
         pass
 
 
+def test_damage_that_also_hides_whether_the_journal_was_shortened_stops_the_service(
+    site: Site, log: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thread ended with a second error, and the service went on acknowledging."""
+    site.fill()
+    removed_until = site.journal.removed_until
+
+    def verify() -> None:
+        raise JournalError("page 7 is damaged")
+
+    def unreadable() -> int:
+        if threading.current_thread().name == "journal-check":
+            raise JournalError("page 1 is damaged")
+        return removed_until()
+
+    monkeypatch.setattr(site.journal, "verify_pages", verify)
+    monkeypatch.setattr(site.journal, "removed_until", unreadable)
+    with site.service() as service:
+        wait_until(lambda: service.failure is not None, "the damage is found")
+        assert str(service.failure) == "page 7 is damaged"
+    assert len(site.files) == KEPT
+    assert any("snapshots are kept: page 1 is damaged" in line for line in log)
+
+
 def test_a_service_that_stops_does_not_wait_for_the_verification(
     site: Site, log: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
