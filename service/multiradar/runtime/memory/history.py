@@ -65,7 +65,7 @@ class TrackHistory(RowRing):
         Of the rows, with `track_id` and `time_s`.
     """
 
-    STATE: ClassVar[Fields] = {"_set_backs": SetBacks}
+    STATE: ClassVar[Fields] = {"_set_backs": SetBacks, "last_track": int}
 
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
         super().__init__(rows_max, row_type)
@@ -75,6 +75,8 @@ class TrackHistory(RowRing):
         # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, NONE, np.int64)
         self._set_backs = SetBacks()
+        #: Greatest number of a track so far.
+        self.last_track = 0
 
     def __len__(self) -> int:
         return min(self._appended, len(self._rows))
@@ -282,6 +284,7 @@ class TrackHistory(RowRing):
         order = np.argsort(rows["track_id"], kind="stable")
         tracks = rows["track_id"][order]
         starts = np.r_[True, tracks[1:] != tracks[:-1]]
+        self.last_track = max(self.last_track, int(tracks[-1]))
         self._grow(int(tracks[-1]))
         previous = np.empty(len(rows), np.int64)
         previous[1:] = numbers[order[:-1]]

@@ -13,6 +13,7 @@ from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX
 from multiradar.runtime.memory.bias_board import BiasBoard
 from multiradar.runtime.memory.health_board import HealthBoard
 from multiradar.runtime.memory.history import SPREAD_DTYPE, TrackHistory
+from multiradar.runtime.memory.set_backs import TrackStep, joined_steps
 from multiradar.runtime.memory.state_board import StateBoard
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
@@ -38,6 +39,7 @@ class PastRows:
         "updates": TrackHistory,
         "transitions": TrackHistory,
         "plots": TrackHistory,
+        "steps": list[TrackStep],
     }
 
     def __init__(self, limits: RuntimeLimits, biases: BiasBoard, healths: HealthBoard) -> None:
@@ -45,6 +47,8 @@ class PastRows:
         self.transitions = TrackHistory(limits.transition_rows_max, row_type(TrackTransitions))
         self.plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
         self.samples = StateBoard(limits.state_bytes_max)
+        #: When the data time was set back; see `joined_steps`.
+        self.steps: list[TrackStep] = []
         self._biases, self._healths = biases, healths
 
     def set_back(self, time_s: float) -> None:
@@ -53,6 +57,7 @@ class PastRows:
             self.updates, self.transitions, self.plots, self._biases, self._healths,
         ):  # fmt: skip
             one.set_back(time_s)
+        self.steps = joined_steps(self.steps, [(self.updates.last_track, time_s)])
 
     @property
     def oldest_s(self) -> float | None:

@@ -1,11 +1,17 @@
 """When the data time was set back, in terms of the rows of a table."""
 
+from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.state import Fields
+
+#: A step back, which terminates all tracks: the number of the last track, and the time, s.
+TrackStep = tuple[int, float]
+#: Steps of a history that are known; the last ones.
+TRACK_STEPS_MAX = 1000
 
 
 class SetBacks:
@@ -60,3 +66,33 @@ class SetBacks:
         for first, time_s in self._steps:
             found[numbers < first] = np.minimum(found[numbers < first], time_s)
         return found
+
+
+def joined_steps(*given: Iterable[TrackStep]) -> list[TrackStep]:
+    """Return steps by ascending track and time, without those that a later one includes."""
+    found: list[TrackStep] = []
+    for track, time_s in sorted({one for steps in given for one in steps}):
+        if found and found[-1][0] == track:
+            continue
+        while found and found[-1][1] >= time_s:
+            found.pop()
+        found.append((track, time_s))
+    return found[-TRACK_STEPS_MAX:]
+
+
+def superseded_from_s(
+    track_ids: NDArray[np.int64], steps: Sequence[TrackStep]
+) -> NDArray[np.float64]:
+    """Return the time from which on updates of tracks are superseded, s; inf without a step.
+
+    Parameters
+    ----------
+    track_ids : (n,) int64
+        The tracks.
+    steps : sequence of TrackStep
+        As from `joined_steps`.
+    """
+    found = np.full(len(track_ids), np.inf)
+    for last, time_s in reversed(steps):
+        found[track_ids <= last] = time_s
+    return found

@@ -39,5 +39,5 @@ def keep_history(service: Service, rules: HistoryRules, tracking: TrackingSettin
         return found
 
     writer = HistoryWriter(rules, known, beside, SystemClock(), SystemThreads())
-    reader = HistoryReader(rules.folder, known, writer.oldest_s, writer.written_s)
+    reader = HistoryReader(rules.folder, known, writer.oldest_s, writer.written_s, writer.steps)
     service.publication.keep_history(writer, reader)

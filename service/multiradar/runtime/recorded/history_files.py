@@ -14,7 +14,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +24,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError
+from multiradar.runtime.memory.set_backs import TrackStep, joined_steps, superseded_from_s
 from multiradar.runtime.offline.offline_job import (
     BIASES_FILE,
     HEALTH_FILE,
@@ -83,12 +84,18 @@ class HistoryState:
         Digest of that entry, hexadecimal.
     positions : mapping
         By table, what was written last.
+    steps : sequence of TrackStep
+        When the data time was set back; see `joined_steps`.
+    written_s : mapping
+        By table, the time up to which it is written since the last step, s.
     """
 
     write: int = 0
     sequence: int = 0
     digest: str = ""
     positions: Mapping[str, Any] = field(default_factory=dict)
+    steps: Sequence[TrackStep] = ()
+    written_s: Mapping[str, float] = field(default_factory=dict)
 
 
 def hour_name(number: int) -> str:
@@ -194,8 +201,6 @@ class HistoryFolder:
         self._octets: dict[int, int] = {}
         #: Earliest time of a track, s; None without any.
         self.oldest_s: float | None = None
-        # Time of the last row written, by table, s.
-        self._written_s: dict[str, float] = {}
         try:
             path.mkdir(exist_ok=True)
             self._lock = os.open(path, os.O_RDONLY)
@@ -207,7 +212,6 @@ class HistoryFolder:
             self._tidy()
             self._octets = {hour.number: _octets(hour.path) for hour in hours_of(path)}
             self._find_oldest()
-            self._find_written()
         except BaseException as error:
             self.close()
             if isinstance(error, BlockingIOError):
@@ -224,17 +228,9 @@ class HistoryFolder:
     @property
     def written_s(self) -> float | None:
         """Time up to which tracks and measurements are written, s; None without any."""
-        found = [self._written_s.get(table) for table in _WRITTEN]
+        found = [self.state.written_s.get(table) for table in _WRITTEN]
         known = [one for one in found if one is not None]
         return min(known) if len(known) == len(found) else None
-
-    def _find_written(self) -> None:
-        hours = hours_of(self.path)
-        for table in _WRITTEN:
-            parts = (part for hour in hours for part in parts_of(hour, table))
-            last = max(parts, key=lambda one: (one.write, one.last_s), default=None)
-            if last is not None:
-                self._written_s[table] = last.last_s
 
     def _find_oldest(self) -> None:
         for number in sorted(self._octets):
@@ -257,7 +253,7 @@ class HistoryFolder:
         tables : mapping of str to DataFrame
             The rows by the name of their table, with `time_s`.
         state : HistoryState
-            The state with them, without its number.
+            The state with them, without its number and times, and with further steps.
 
         Raises
         ------
@@ -274,27 +270,46 @@ class HistoryFolder:
                 for table, frame in tables.items()
                 for hour, rows in _by_hour(frame)
             ]
+            for hour_path in {path.parent.parent for _, path in staged}:
+                self._complete(hour_path)
         except BaseException:
             # On a full disk the journal needs the space.
             shutil.rmtree(self.path / _STAGE, ignore_errors=True)
             raise
         for partial, path in staged:
-            self._prepare(path.parent)
+            if not path.parent.exists():
+                path.parent.mkdir()
+                sync(path.parent.parent)
             os.rename(partial, path)
         for folder in {path.parent for _, path in staged}:
             sync(folder)
-        final = HistoryState(number, state.sequence, state.digest, state.positions)
+        steps = joined_steps(self.state.steps, state.steps)
+        final = HistoryState(
+            number, state.sequence, state.digest, state.positions, steps,
+            self._reached_s(tables, steps),
+        )  # fmt: skip
         _write_state(self.path, final)
         self.state, self._dirty = final, False
         for _, path in staged:
             hour = _number_of(path.parent.parent)
             self._octets[hour] = self._octets.get(hour, 0) + path.stat().st_size
-        self._written_s |= {
-            table: float(tables[table]["time_s"][-1])
-            for table in _WRITTEN
-            if table in tables and len(tables[table])
-        }
         self._find_oldest()
+
+    # The time up to which each table is written with these rows.
+    def _reached_s(
+        self, tables: Mapping[str, pl.DataFrame], steps: Sequence[TrackStep]
+    ) -> dict[str, float]:
+        new_s = [time_s for last, time_s in steps if (last, time_s) not in self.state.steps]
+        found = {table: min([one, *new_s]) for table, one in self.state.written_s.items()}
+        for table in _WRITTEN:
+            rows = tables.get(table, pl.DataFrame()).tail(1)
+            if len(rows):
+                found[table] = float(rows["time_s"][0])
+            if len(rows) and table == TRACKS_FILE:
+                # The step may be known before the first row after it.
+                limit_s = superseded_from_s(rows["track_id"].to_numpy(), steps)
+                found[table] = min(found[table], float(limit_s[0]))
+        return found
 
     def remove_oldest(self, days: float, octets: int, now_s: float) -> list[str]:
         """Remove the oldest hours that the rules do not keep; the last one stays.
@@ -356,15 +371,18 @@ class HistoryFolder:
         sync(partial)
         return partial, path
 
-    def _prepare(self, folder: Path) -> None:
-        hour = folder.parent
+    # What stands beside the tables of an hour is there whole or not at all.
+    def _complete(self, hour: Path) -> None:
         if not hour.exists():
             hour.mkdir()
-            for name, content in self._beside().items():
-                (hour / name).write_bytes(content)
             sync(self.path)
-        if not folder.exists():
-            folder.mkdir()
+        for name, content in self._beside().items():
+            path, partial = hour / name, self.path / _STAGE / name
+            if path.is_file() and path.stat().st_size:
+                continue
+            partial.write_bytes(content)
+            sync(partial)
+            os.replace(partial, path)
             sync(hour)
 
 
@@ -393,6 +411,7 @@ def read_state(folder: Path) -> HistoryState:
         found = json.loads(path.read_bytes())
         if found.pop("format") != STATE_VERSION:
             raise InputError(f"{path}: written by a newer version of multiradar")
+        found["steps"] = [(int(last), float(time_s)) for last, time_s in found.get("steps", [])]
         return HistoryState(**found)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: damaged; choose another folder for the history") from error
@@ -402,7 +421,8 @@ def _write_state(folder: Path, state: HistoryState) -> None:
     partial = folder / f".{STATE_FILE}"
     document = {
         "format": STATE_VERSION, "write": state.write, "sequence": state.sequence,
-        "digest": state.digest, "positions": dict(state.positions),
+        "digest": state.digest, "positions": dict(state.positions), "steps": list(state.steps),
+        "written_s": dict(state.written_s),
     }  # fmt: skip
     partial.write_text(json.dumps(document), encoding="utf-8")
     sync(partial)

@@ -2,7 +2,8 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ import polars as pl
 
 from multiradar.errors import InputError
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.set_backs import TrackStep
 from multiradar.runtime.offline.offline_job import (
     BIASES_FILE,
     HEALTH_FILE,
@@ -52,17 +54,19 @@ class HistoryReader:
         Returns the earliest time in it, s; None without any.
     written : callable
         Returns the time up to which it is written, s; None without any.
+    steps : callable, optional
+        Returns when the data time was set back; see `joined_steps`.
     """
 
     def __init__(
         self, folder: Path, known: Knowledge, oldest: Callable[[], float | None],
-        written: Callable[[], float | None],
+        written: Callable[[], float | None], steps: Callable[[], Sequence[TrackStep]] = tuple,
     ) -> None:  # fmt: skip
-        self._oldest, self._written = oldest, written
+        self._oldest, self._written, self._steps = oldest, written, steps
         self._folder = folder
         self._known = known
         self._lock = threading.Lock()
-        self._runs: OrderedDict[tuple[Path, ...], RecordedRun] = OrderedDict()
+        self._runs: OrderedDict[tuple[object, ...], RecordedRun] = OrderedDict()
 
     @property
     def oldest_s(self) -> float | None:
@@ -89,7 +93,8 @@ class HistoryReader:
             return None
         name = hour_name(int(at_s // HOUR_S))
         sensors = self._known.sensors
-        key = tuple(path for paths in tables.values() for path in paths)
+        steps = tuple(self._steps())
+        key = (steps, *(path for paths in tables.values() for path in paths))
         with self._lock:
             run = self._runs.get(key)
             if run is not None and run.sensors is sensors:
@@ -97,7 +102,7 @@ class HistoryReader:
                 return run
         try:
             report = self._folder / name / REPORT_FILE
-            run = RecordedRun(RunFiles(name, tables, sensors, report, BLOCK_ROWS))
+            run = RecordedRun(RunFiles(name, tables, sensors, report, BLOCK_ROWS, steps))
         except InputError:
             # An hour that is being removed.
             return None
@@ -126,22 +131,26 @@ class HistoryReader:
         """
         table = _TABLES[name]
         found = pl.DataFrame(schema=table.schema)
-        # Part by part, so that a page of a long time does not read all of them.
+        # Hour by hour, so that a page of a long time does not read all of them. The parts of an
+        # hour overlap, by much if the data time was set back.
         span_s = max(since_s, -TIME_MAX_S), min(before_s, TIME_MAX_S)
         paths = parts_between(self._folder, table.file, *span_s)
-        for path in reversed(paths) if last else paths:
-            check_deadline()
-            rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
-                table.file, table.schema.names()
-            )
-            assert rows is not None, "it has a file"
-            own = rows.filter(
-                pl.col(table.key) == subject,
-                pl.col("time_s") >= since_s,
-                pl.col("time_s") < before_s,
-            )
-            own_rows = own.collect().cast(table.schema)
-            found = pl.concat([own_rows, found] if last else [found, own_rows])
+        for _, hour in groupby(reversed(paths) if last else paths, lambda one: one.parent):
+            parts = [table.schema.to_frame()]
+            for path in sorted(hour):
+                check_deadline()
+                rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
+                    table.file, table.schema.names()
+                )
+                assert rows is not None, "it has a file"
+                own = rows.filter(
+                    pl.col(table.key) == subject,
+                    pl.col("time_s") >= since_s,
+                    pl.col("time_s") < before_s,
+                )
+                parts.append(own.collect().cast(table.schema))
+            ordered = pl.concat(parts).sort("time_s", maintain_order=True)
+            found = pl.concat([ordered, found] if last else [found, ordered])
             if len(found) >= limit:
                 break
         return found.tail(limit) if last else found.head(limit)

@@ -9,7 +9,7 @@ import logging
 import shutil
 import threading
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +19,7 @@ from multiradar.runtime.live.publication import Processed
 from multiradar.runtime.live.readiness import Disk
 from multiradar.runtime.live.threads import Event, Thread, Threads
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.set_backs import TrackStep, joined_steps
 from multiradar.runtime.offline.offline_job import HEALTH_FILE
 from multiradar.runtime.recorded.history_files import HistoryFolder, HistoryState
 from multiradar.runtime.recorded.history_rows import is_due, new_rows, present_positions
@@ -176,7 +177,17 @@ class HistoryWriter:
 
     def written_s(self) -> float | None:
         """Return the time up to which the history is written, s; None without any."""
-        return None if self._folder is None else self._folder.written_s
+        folder = self._folder
+        if folder is None or folder.written_s is None:
+            return None
+        # Nothing since a step that the files do not know.
+        new = set(self.steps()) - set(folder.state.steps)
+        return min([folder.written_s, *(time_s for _, time_s in new)])
+
+    def steps(self) -> list[TrackStep]:
+        """Return when the data time was set back; see `joined_steps`."""
+        folder, known = self._folder, self._known.past.steps
+        return known if folder is None else joined_steps(folder.state.steps, known)
 
     def alarms(self) -> tuple[list[str], list[str]]:
         """Return its alarms, and warnings in words."""
@@ -214,7 +225,7 @@ class HistoryWriter:
         try:
             if not state.positions:
                 self._positions = dict(self._first)
-                self._commit(folder, {})
+                self._commit(folder, {}, self._known.past.steps)
             elif 0 < state.sequence < (base := self._journal.removed_until()):
                 reason, advice = before(state.sequence, base)
                 raise RemovedEntriesError(f"{folder.path}: {reason}; {advice}")
@@ -261,13 +272,15 @@ class HistoryWriter:
             self._remove(folder)
             # As a write would do that fails halfway.
             raise OSError(errno.ENOSPC, f"less than {least / _MIB:.0f} MiB left", str(folder.path))
+        # First: rows from before a step may then be written without it, but not without its rows.
+        steps = self.steps()
         found = new_rows(self._known, self._journal, self._processor.processed, self._positions)
         positions = {table: one.position for table, one in found.items()}
         tables = {table: one.rows for table, one in found.items() if len(one.rows)}
         before, self._positions = self._positions, positions
         try:
             if tables or positions != before:
-                self._commit(folder, tables)
+                self._commit(folder, tables, steps)
         except BaseException:
             self._positions = before
             raise
@@ -283,10 +296,13 @@ class HistoryWriter:
         self._remove(folder)
         return any(one.more for one in found.values())
 
-    def _commit(self, folder: HistoryFolder, tables: Mapping[str, Any]) -> None:
+    def _commit(
+        self, folder: HistoryFolder, tables: Mapping[str, Any], steps: Sequence[TrackStep]
+    ) -> None:
         # The rows are of entries that are on disk, so that the last of them now covers all.
         head = self._journal.counts().entries
-        folder.write(tables, HistoryState(0, head, self._digest(head), self._positions))
+        state = HistoryState(0, head, self._digest(head), self._positions, steps)
+        folder.write(tables, state)
 
     def _remove(self, folder: HistoryFolder) -> None:
         rules = self._rules

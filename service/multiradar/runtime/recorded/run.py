@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import InputError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
+from multiradar.runtime.engine.plot_rows import NO_TRACK, PLOT_DTYPE
+from multiradar.runtime.memory.set_backs import TrackStep, superseded_from_s
 from multiradar.runtime.offline.offline_job import (
     BIASES_FILE,
     HEALTH_FILE,
@@ -59,6 +60,8 @@ class RunFiles:
         Its report, which may be absent.
     block_rows : int or None
         Rows of the files that are read at once; None: see `TimeTable`.
+    steps : sequence of TrackStep
+        When the data time was set back: tracks until then have terminated at that time.
     """
 
     name: str
@@ -66,6 +69,7 @@ class RunFiles:
     sensors: SensorTable
     report: Path
     block_rows: int | None = None
+    steps: Sequence[TrackStep] = ()
 
     def scan(self, table: str, columns: Sequence[str]) -> pl.LazyFrame | None:
         """Return columns of a table, null where it lacks them; None where it is absent.
@@ -185,6 +189,7 @@ class RecordedRun:
         live = ~np.isin(last["track_id"].to_numpy(), self._ended_id[self._ended_s <= at_s])
         if not len(self._ended_id):
             live &= last["time_s"].to_numpy() >= at_s - self._drop_after_s
+        live &= superseded_from_s(last["track_id"].to_numpy(), self.files.steps) > at_s
         return last.filter(pl.Series(live))
 
     def spread(self, rows: NDArray[np.void]) -> tuple[None, Floats]:
@@ -194,6 +199,7 @@ class RecordedRun:
     def positions(self, after_s: float, at_s: float) -> Positions:
         """Return the positions of the updates of a span."""
         rows = self._tracks.between(after_s, at_s)
+        rows = rows.filter(pl.Series(self._valid(rows["track_id"], rows["time_s"])))
         columns = (rows[name].to_numpy() for name in ("latitude_deg", "longitude_deg"))
         numbers = sensor_numbers(rows["sensor_id"], self._sensors)
         return Positions(rows["track_id"].to_numpy(), rows["time_s"].to_numpy(), numbers, *columns)
@@ -202,7 +208,9 @@ class RecordedRun:
         """Return the last plots of a span, and the number of the others; none without them."""
         if self._plots is None:
             return np.empty(0, PLOT_DTYPE), 0
-        return self._plots.last(after_s, at_s, limit)
+        rows, others = self._plots.last(after_s, at_s, limit)
+        valid = self._valid(rows["track_id"], rows["time_s"]) | (rows["track_id"] == NO_TRACK)
+        return rows[valid], others
 
     def biases(self, at_s: float) -> Floats:
         """Return the biases estimated at a time."""
@@ -305,6 +313,11 @@ class RecordedRun:
         if rows is None:
             return pl.DataFrame(schema=TRANSITION_SCHEMA)
         return _page(rows.filter(pl.col("track_id") == track_id), since_s, limit, until_s)
+
+    # Which rows of tracks are not superseded by others after a step back.
+    def _valid(self, track_ids: ArrayLike, times_s: ArrayLike) -> NDArray[np.bool_]:
+        limits_s = superseded_from_s(np.asarray(track_ids), self.files.steps)
+        return np.asarray(np.asarray(times_s) <= limits_s)
 
     def _read_ended(self) -> tuple[NDArray[np.int64], Floats]:
         scan = self.files.scan(TRANSITIONS_FILE, ["time_s", "track_id", "transition"])

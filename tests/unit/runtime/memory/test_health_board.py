@@ -53,7 +53,9 @@ def test_records_are_numbered_as_they_are_added() -> None:
     board = HealthBoard(4)
     for epoch, sensors in ((100, [0, 1]), (100, [0]), (50, [0, 1]), (100, [0])):
         board.append(
-            health_records(epoch=[epoch] * len(sensors), time_s=[4.0] * len(sensors), sensor=sensors)
+            health_records(
+                epoch=[epoch for _ in sensors], time_s=[4.0] * len(sensors), sensor=sensors
+            )
         )
     assert board.appended == 6
     restored = HealthBoard(4)

@@ -75,10 +75,10 @@ class Past:
 
     def biases(self, times_s: Sequence[float], *, written: bool) -> None:
         """Estimate a bias."""
-        none = np.zeros(len(times_s), np.int64)
+        none, ones = np.zeros(len(times_s), np.int64), np.ones(len(times_s))
         records = BiasRecords(
             (np.array(times_s) / PERIOD_S).astype(np.int64), np.array(times_s, np.float64),
-            none.astype(np.int32), none.astype(np.int8), none + 1.0, none + 1.0,
+            none.astype(np.int32), none.astype(np.int8), ones, ones,
         )  # fmt: skip
         self.publication.known._biases.append(records)
         if written:
@@ -94,7 +94,7 @@ class Past:
 
 def spaced(begin_s: float, count: int) -> list[float]:
     """Return the times of rows."""
-    return (begin_s + PERIOD_S * np.arange(count)).tolist()
+    return [begin_s + PERIOD_S * number for number in range(count)]
 
 
 @pytest.fixture
@@ -123,7 +123,6 @@ def test_biases_without_a_step_are_answered_once(past: Past) -> None:
         expected = [one for one in every if one >= since_s]
         assert past.times_s(BIASES, SENSOR, since_s) == expected
         assert past.times_s(BIASES, SENSOR, since_s, every[-1]) == expected
-
 
 
 def test_a_track_that_a_step_terminated_has_the_rows_that_memory_has_lost(past: Past) -> None:
