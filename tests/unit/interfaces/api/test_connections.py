@@ -15,6 +15,7 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
 from multiradar.api.connections.frames import FRAME, text_frame
+from multiradar.api.connections.registry import Registry
 from multiradar.api.connections.server import server_config
 from multiradar.settings.limits import HttpLimits
 from support.processes.waiting import wait_until
@@ -73,6 +74,34 @@ async def test_a_stop_closes_the_socket_of_a_client_that_said_goodbye_before(
         leaving.conn.state = State.CLOSING
         leaving.shutdown()
         assert leaving.transport.is_closing()
+
+
+class _Failing(asyncio.Transport):
+    """A connection whose buffer cannot be read, as that of TLS that has been closed twice."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked = 0
+        self.asked_again = asyncio.Event()
+
+    def is_closing(self) -> bool:
+        return False
+
+    def get_write_buffer_size(self) -> int:
+        self.asked += 1
+        if self.asked > 1:
+            self.asked_again.set()
+        raise AttributeError
+
+
+async def test_the_search_for_clients_that_do_not_read_goes_on_after_an_error() -> None:
+    errors: list[Any] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, error: errors.append(error))
+    registry, failing = Registry(HttpLimits(send_deadline_s=0.01)), _Failing()
+    assert registry.admit(failing)
+    await failing.asked_again.wait()
+    registry.lost(failing)
+    assert errors
 
 
 @pytest.mark.parametrize("length", [0, 1, 125, 126, 127, 65_535, 65_536, 70_000])
