@@ -9,7 +9,7 @@ A client that is not impatient waits as a 429 says, up to a minute: its source i
 of the time. Each request has 16 MiB: rows without sense, few huge ones, a hundred thousand that are
 rejected for their time, deep nesting, escapes, a million keys, random bytes. Each client has its
 own loopback address, so its own limits. The service is small and has nothing else to do; its memory
-is that of the process (resident set).
+is that of the process (resident set). The exit status is 1 if too much of it remains.
 """
 
 import argparse
@@ -39,11 +39,13 @@ _ARROW = "application/vnd.apache.arrow.stream"
 _TIMEOUT_S = 600.0
 #: The service returns unused memory within this time.
 _SETTLE_S = 12.0
+#: Memory that may remain, MB.
+_LIMIT_MB = 600.0
 _BUSY = 429
 
 
-def main() -> None:
-    """Measure and print."""
+def main() -> int:
+    """Measure and print; the exit status is 1 if more memory remains than the limit."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--requests", type=int, default=3 * len(KINDS))
     parser.add_argument("--seed", type=int, default=0)
@@ -71,9 +73,10 @@ def main() -> None:
     most_mb = max(mb for those in attack.memory_mb.values() for mb in those)
     print(
         f"{options.requests} bodies of 16 MiB: {before_mb:.0f} MB before, at most {most_mb:.0f} MB "
-        f"after an answer, {after_mb:.0f} MB {_SETTLE_S:.0f} s after the last (limit 600); "
-        f"{disk_mb:.0f} MB on disk"
+        f"after an answer, {after_mb:.0f} MB {_SETTLE_S:.0f} s after the last (limit "
+        f"{_LIMIT_MB:.0f}); {disk_mb:.0f} MB on disk"
     )
+    return int(after_mb > _LIMIT_MB)
 
 
 class _Attack:
@@ -185,4 +188,4 @@ KINDS: dict[str, tuple[str, Callable[[random.Random], bytes]]] = {
 }  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

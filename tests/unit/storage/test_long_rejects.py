@@ -1,8 +1,10 @@
 """Rejected rows cost little, whatever a sender sends, and are read back as they were."""
 
+import base64
 import hashlib
 import json
 import sqlite3
+import tracemalloc
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +24,11 @@ from multiradar.storage.entries import (
 )  # fmt: skip
 from multiradar.storage.sqlite.chain import Columns
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from multiradar_converters.normalised.text import parse_ndjson
 from support.inputs.journal_entries import entry as journal_entry
+
+#: Octets of the note that replaces the rest of a content.
+NOTE_MAX = 128
 
 
 @pytest.mark.parametrize("letter", ["x", "é", "\N{AIRPLANE}", "\x01", "\ud800"])
@@ -86,20 +92,57 @@ def test_the_hash_beyond_the_limit_is_that_of_what_was_sent() -> None:
     assert kept[-1].raw == f"… [10000 octets, sha256 {digest}]"
 
 
-def test_many_rejects_of_one_reason_are_small_on_disk_and_read_back(tmp_path: Path) -> None:
+def _on_disk(folder: Path) -> int:
+    # Without the shared index of the write-ahead log, which is memory.
+    return sum(one.stat().st_size for one in folder.iterdir() if not one.name.endswith("-shm"))
+
+
+def test_many_short_rows_take_at_most_twice_their_size_on_disk_and_are_read_back(
+    tmp_path: Path,
+) -> None:
+    digits = np.random.default_rng(4).integers(0, 10, 20_000).tolist()
     rows = tuple(
-        RejectedRow(index, "MALFORMED_JSON", "expected a JSON object in each line", "x")
-        for index in range(50_000)
+        RejectedRow(index, "WRONG_TYPE", f"expected an object, was {digit}", str(digit))
+        for index, digit in enumerate(digits)
     )
     entry = replace(journal_entry(1), rejects=rows)
-    path = tmp_path / "journal.sqlite"
-    journal = SqliteJournal(path, "f")
+    journal = SqliteJournal(tmp_path / "journal.sqlite", "f")
+    empty = _on_disk(tmp_path)
     journal.append([entry])
-    # The message had 100 000 octets.
-    assert path.stat().st_size + Path(f"{path}-wal").stat().st_size < 400_000
+    # Of each row, the message had a digit and the end of a line.
+    assert _on_disk(tmp_path) - empty <= 2 * 2 * len(rows)
     assert [stored.entry for stored in journal.read(0)] == [entry]
-    assert [one.row for one in journal.quarantined(40_000, 3)] == list(rows[40_000:40_003])
+    assert [one.row for one in journal.quarantined(10_000, 3)] == list(rows[10_000:10_003])
     journal.close()
+
+
+def test_of_few_long_lines_a_restart_reads_their_beginnings(tmp_path: Path) -> None:
+    """Each message of 16 MiB in 114 lines would otherwise cost that much at each start."""
+    count = 114
+    text = base64.b64encode(np.random.default_rng(5).bytes(12 << 20))
+    line = len(text) // count
+    body = b"\n".join(text[line * one : line * (one + 1)] for one in range(count))
+    rows = tuple(
+        RejectedRow(one.index, one.code, one.reason, one.raw) for one in parse_ndjson(body).rejected
+    )
+    assert len(rows) == count
+    assert max(len(row.raw.encode()) for row in rows) <= RAW_BYTES_MAX + NOTE_MAX
+    entry = replace(journal_entry(1), rejects=bounded(rows))
+    journal = SqliteJournal(tmp_path / "journal.sqlite", "f")
+    empty = _on_disk(tmp_path)
+    journal.append([entry])
+    journal.close()
+    kept = count * (RAW_BYTES_MAX + NOTE_MAX + len(rows[0].reason))
+    assert _on_disk(tmp_path) - empty <= kept
+    tracemalloc.start()
+    try:
+        journal = SqliteJournal(tmp_path / "journal.sqlite", "f")
+        assert [stored.entry for stored in journal.read(0)] == [entry]
+        _, peak_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    journal.close()
+    assert peak_bytes < 10 * kept < len(body) / 3
 
 
 def test_a_changed_type_of_the_column_is_damage(tmp_path: Path) -> None:
