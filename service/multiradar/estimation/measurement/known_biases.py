@@ -87,7 +87,8 @@ def polar_without_biases(
     -------
     range_m, azimuth_rad : (n,) float64
         (Range minus range offset) / (1 + range gain), and azimuth minus azimuth offset in [0, 2π);
-        both without eccentricity and shift of the frame, by their effects at the true azimuth.
+        both without eccentricity and shift of the frame, by their effects at the true azimuth. An
+        azimuth without range keeps the effect of the shift, which depends on the range.
 
     References
     ----------
@@ -99,7 +100,9 @@ def polar_without_biases(
     corrected = azimuth_rad - biases[:, PARAMETER_AZIMUTH_OFFSET]
     if biases[:, _BY_AZIMUTH].any():
         sine, cosine, east, north = biases[:, _BY_AZIMUTH].T
-        true_rad, least_m = corrected, np.maximum(true_m, 1.0)
+        # Without a range the effect of a shift is unknown, and neglected as in the filters.
+        least_m = np.where(np.isnan(true_m), np.inf, np.maximum(true_m, 1.0))
+        true_rad = corrected
         # Each round gains the digits of the effect, which is a small angle.
         for _ in range(_ROUNDS):
             s, c = np.sin(true_rad), np.cos(true_rad)

@@ -67,6 +67,21 @@ def test_eccentricity_and_shift_act_at_the_true_azimuth() -> None:
     np.testing.assert_allclose(np.sin(azimuth_rad - azimuth), 0.0, rtol=0, atol=1e-6)
 
 
+def test_a_bearing_is_corrected_whatever_the_others_of_its_batch_are() -> None:
+    """Regression: without a range it was lost beside any row with eccentricity or shift."""
+    known = np.zeros((3, len(PARAMETER_NAMES)))
+    known[0, PARAMETER_AZIMUTH_SINE] = 0.01
+    known[1, PARAMETER_FRAME_EAST : PARAMETER_FRAME_EAST + 2] = 40.0, -25.0
+    measured_rad = np.array([AZIMUTH + 0.01 * np.sin(AZIMUTH), AZIMUTH, AZIMUTH])
+    range_m, azimuth_rad = polar_without_biases(np.full(3, np.nan), measured_rad, known)
+    # The effect of the shift is unknown without a range.
+    np.testing.assert_allclose(azimuth_rad, AZIMUTH, rtol=0, atol=1e-6)
+    assert np.isnan(range_m).all()
+    np.testing.assert_array_equal(
+        azimuth_rad[2:], polar_without_biases(range_m[2:], measured_rad[2:], known[2:])[1]
+    )
+
+
 def test_a_frame_is_shifted_and_turned_back() -> None:
     """Turned clockwise by 0.3 rad, what is to the north is measured to the north-east."""
     known = np.zeros((1, len(PARAMETER_NAMES)))
