@@ -49,6 +49,7 @@ from multiradar.diagnosis.evidence import (
     ROWS_MAX,
     Evidence,
     Source,
+    count_before,
 )
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
@@ -315,20 +316,22 @@ def _sources(measurements: Path) -> dict[str, Source]:
         time_s = pl.col("time_s")
         ends = rows.select(time_s.min().alias("first"), time_s.max().alias("last"), pl.len())
         source.first_s, source.last_s, source.read = ends.collect().row(0)
-        source.gap_s, source.gap_from_s, source.gaps = _gaps(rows)
+        _count_gaps(source, rows)
         found[str(name)] = source
     return found
 
 
 # The longest gap, when it starts, and all of `GAP_MIN_S` or more.
-def _gaps(rows: pl.LazyFrame) -> tuple[float, float, dict[float, float]]:
-    times = rows.select(pl.col("time_s").unique().sort()).collect()["time_s"].to_numpy()
+def _count_gaps(source: Source, rows: pl.LazyFrame) -> None:
+    times = rows.select(pl.col("time_s").sort()).collect()["time_s"].to_numpy()
     gaps = np.diff(times)
     if not len(gaps):
-        return 0.0, np.nan, {}
+        return
     longest = np.argsort(-gaps, kind="stable")[:GAPS_MAX].tolist()
-    found = {float(times[one]): float(gaps[one]) for one in longest if gaps[one] >= GAP_MIN_S}
-    return float(gaps[longest[0]]), float(times[longest[0]]), found
+    source.gap_s, source.gap_from_s = float(gaps[longest[0]]), float(times[longest[0]])
+    long = [one for one in longest if gaps[one] >= GAP_MIN_S]
+    source.gaps = {float(times[one]): float(gaps[one]) for one in long}
+    source.before = {float(times[one]): count_before(times, one) for one in long}
 
 
 def _rejected_azimuths(file: Path) -> list[float]:

@@ -33,6 +33,8 @@ SOURCES_MAX = 256
 
 #: Times without measurements of a source that are retained, s, and their number.
 GAP_MIN_S, GAPS_MAX = 60.0, 32
+#: Time before them in which measurements are counted, s, and up to how many of a source.
+BEFORE_S, BEFORE_MAX = 60.0, 600
 
 #: Columns that a diagnosis uses.
 COLUMNS = (
@@ -72,6 +74,8 @@ class Source:
         Longest time between successive measurements, and when it starts, s.
     gaps : dict
         The longest of these times, of `GAP_MIN_S` or more, by their start, s.
+    before : dict
+        Number of measurements in `BEFORE_S` before each of `gaps`, at most `BEFORE_MAX`.
     reasons : dict
         Sentence of the first rejected measurement by code.
     spread : bool
@@ -88,9 +92,12 @@ class Source:
     gap_s: float = 0.0
     gap_from_s: float = np.nan
     gaps: dict[float, float] = field(default_factory=dict)
+    before: dict[float, int] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     spread: bool = False
     _every: int = 1
+    # The last times, in order.
+    _latest_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def add(self, part: pl.DataFrame) -> None:
         """Add measurements; columns `COLUMNS`."""
@@ -137,16 +144,21 @@ class Source:
 
     # Measurements out of order between two parts are no gap.
     def _add_gap(self, ordered: NDArray[np.float64]) -> None:
-        if np.isfinite(self.last_s):
-            ordered = np.concatenate([[self.last_s], ordered[ordered > self.last_s]])
+        known = len(self._latest_s)
+        if known:
+            ordered = np.concatenate([self._latest_s, ordered[ordered > self.last_s]])
+        self._latest_s = ordered[-BEFORE_MAX:].copy()
         gaps = np.diff(ordered)
+        gaps[: max(known - 1, 0)] = 0.0
         if len(gaps) and gaps.max() > self.gap_s:
             self.gap_s, self.gap_from_s = float(gaps.max()), float(ordered[gaps.argmax()])
         for row in np.flatnonzero(gaps >= GAP_MIN_S).tolist():
             self.gaps[float(ordered[row])] = float(gaps[row])
+            self.before[float(ordered[row])] = count_before(ordered, row)
         if len(self.gaps) > GAPS_MAX:
             longest = sorted(self.gaps, key=lambda one: -self.gaps[one])[:GAPS_MAX]
             self.gaps = {one: self.gaps[one] for one in longest}
+            self.before = {one: self.before[one] for one in longest}
 
     def plots(self) -> pl.DataFrame:
         """Return the plots that are retained, by time; columns `COLUMNS`."""
@@ -398,6 +410,12 @@ class Evidence:
             spread = number >= 0 and self.sensors.kinds[number] == KIND_POSITION
             self._sources[name] = Source(spread=bool(spread))
         return self._sources[name]
+
+
+def count_before(ordered_s: NDArray[np.float64], row: int) -> int:
+    """Return how many of (n,) times in order are in `BEFORE_S` before one, at most `BEFORE_MAX`."""
+    first = int(np.searchsorted(ordered_s[: row + 1], ordered_s[row] - BEFORE_S))
+    return min(row + 1 - first, BEFORE_MAX)
 
 
 def _completed(frame: pl.DataFrame) -> pl.DataFrame:

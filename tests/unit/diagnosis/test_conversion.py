@@ -10,12 +10,12 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.conversion import (
-    _gaps,
+    _count_gaps,
     _largest_rejected,
     _signed,
     diagnose_conversion,
 )
-from multiradar.diagnosis.evidence import GAPS_MAX
+from multiradar.diagnosis.evidence import BEFORE_MAX, GAPS_MAX, Source
 from multiradar.diagnosis.model import Diagnosis
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
@@ -178,16 +178,26 @@ def test_rejected_azimuths_are_signed_within_half_a_circle(
     assert len(_signed(azimuths_deg)) == found
 
 
+def counted(*time_s: float) -> Source:
+    source = Source()
+    _count_gaps(source, pl.LazyFrame({"time_s": time_s}))
+    return source
+
+
 def test_gaps_of_a_minute_are_counted_and_the_longest_one_is_named() -> None:
-    times = pl.LazyFrame({"time_s": [300.0, 0.0, 60.0, 119.0, 119.0]})
-    assert _gaps(times) == (181.0, 119.0, {0.0: 60.0, 119.0: 181.0})
-    longest_s, from_s, gaps = _gaps(pl.LazyFrame({"time_s": [5.0]}))
-    assert (longest_s, np.isnan(from_s), gaps) == (0.0, True, {})
+    source = counted(300.0, 0.0, 60.0, 119.0, 119.0)
+    assert (source.gap_s, source.gap_from_s) == (181.0, 119.0)
+    assert source.gaps == {0.0: 60.0, 119.0: 181.0}
+    # Two at 119 s, and the one a minute before.
+    assert source.before == {0.0: 1, 119.0: 3}
+    assert counted(*[0.0] * (BEFORE_MAX + 1), 99.0).before == {0.0: BEFORE_MAX}
+    once = counted(5.0)
+    assert (once.gap_s, np.isnan(once.gap_from_s), once.gaps) == (0.0, True, {})
 
 
 def test_the_longest_of_many_gaps_are_retained() -> None:
     gaps_s = [100.0 + one for one in range(GAPS_MAX + 8)]
-    times = pl.LazyFrame({"time_s": np.concatenate([[0.0], np.cumsum(gaps_s)])})
-    longest_s, _, gaps = _gaps(times)
-    assert longest_s == gaps_s[-1]
-    assert sorted(gaps.values()) == gaps_s[8:]
+    source = counted(0.0, *np.cumsum(gaps_s))
+    assert source.gap_s == gaps_s[-1]
+    assert sorted(source.gaps.values()) == gaps_s[8:]
+    assert source.before.keys() == source.gaps.keys()

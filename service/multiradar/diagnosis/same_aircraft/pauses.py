@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from multiradar.diagnosis.evidence import Source
+from multiradar.diagnosis.evidence import BEFORE_S, Source
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import KEYS, Floats, Plots, plots_of, reported
@@ -23,7 +23,7 @@ PAUSE_MIN_S, FLOWN_MIN_S = 300.0, 90.0
 _BESIDE_S, _SAME_AIRCRAFT_MIN, _SAME_MIN = 60.0, 3, 0.5
 #: So few aircraft may all have left, and others come later.
 _MINIMUM_MAX = 8
-#: Measurements in a second of traffic that does not end at once.
+#: Measurements in a second, just before a gap, of traffic that does not end at once.
 _RATE_MIN = 5.0
 #: The times have jumped if aircraft have flown for less than this fraction of the gap.
 _FLOWN_MAX = 0.1
@@ -262,12 +262,19 @@ def _is_flown(timed: Mapping[str, Source], gap: _Gap) -> str:
     if most >= _SAME_AIRCRAFT_MIN and most >= _SAME_MIN * seen:
         return f"{most} aircraft fly before and after it"
     ends = [float(one.plots()["time_s"].to_numpy().max(initial=-np.inf)) for one in timed.values()]
-    span_s = max(one.last_s for one in timed.values()) - min(one.first_s for one in timed.values())
-    rate = sum(one.read for one in timed.values()) / (span_s - (gap.to_s - gap.from_s))
+    rate = sum(_before(one, gap) for one in timed.values()) / BEFORE_S
     # The plots of later times are not retained.
     if max(ends) < gap.from_s and rate >= _RATE_MIN:
-        return f"otherwise there are {rate:.0f} measurements per second"
+        return f"there are at least {rate:.0f} measurements per second just before it"
     return ""
+
+
+# Measurements of a source just before a gap.
+def _before(source: Source, gap: _Gap) -> int:
+    return sum(
+        count for from_s, count in source.before.items()
+        if gap.from_s - BEFORE_S <= from_s <= gap.from_s
+    )  # fmt: skip
 
 
 def _aircraft_before(plots: Plots, gap: _Gap) -> int:

@@ -2,10 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import polars as pl
 import pytest
+from numpy.typing import NDArray
 
+from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Source
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from support.inputs.mistaken import START_S, Recording, recording
 
 NAME = "1-10"
@@ -94,3 +98,28 @@ def test_times_that_go_back_by_an_hour_are_named(names: tuple[str, ...]) -> None
     assert (found.sensor_id, found.code) == ("".join(names), "times_jump")
     assert "times probably go back by 1 h, from 2018-08-01 08:01:" in found.sentence
     assert "change of daylight saving time" in found.sentence
+
+
+def reports(time_s: NDArray[np.float64], parts: int) -> Source:
+    """Return a source of reports at times since the start, received in so many parts."""
+    made = Source()
+    for part in np.array_split(START_S + time_s, parts):
+        nothing = {one: pl.lit(None).alias(one) for one in COLUMNS if one != "time_s"}
+        made.add(pl.DataFrame({"time_s": part}).with_columns(**nothing).select(COLUMNS))
+    return made
+
+
+# Beyond the plots that are retained, the traffic before a gap shows whether it is a lull.
+@pytest.mark.parametrize("parts", [1, 200])
+@pytest.mark.parametrize(("lull_s", "known"), [(0.0, True), (70.0, False), (4000.0, False)])
+def test_a_lull_of_a_long_recording_is_no_missing_part(
+    parts: int, lull_s: float, *, known: bool
+) -> None:
+    """Regression: each gap of 90 s of a night was one, by the rate of the whole day."""
+    day = np.arange(0.0, 9000.0, 1.0 / 7.0)
+    night = np.arange(9000.0, 9000.0 + lull_s, 20.0)
+    again = 9000.0 + lull_s + 100.0 + day
+    one = reports(np.concatenate([day, night, again]), parts)
+    assert len(day) > ROWS_MAX
+    found = [(one.code, one.severity) for one in check_pauses({"adsb": one})]
+    assert found == ([("pause", "error")] if known else [])
