@@ -16,9 +16,9 @@ from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import heights_differ
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.motion.height_steps import FLIGHT_LEVEL_M, are_stepped
-from multiradar.diagnosis.motion.vertical_rates import pairs_apart
+from multiradar.diagnosis.motion.speeds import are_slow
 from multiradar.diagnosis.names import listed
-from multiradar.diagnosis.plots import Floats, Plots, positions
+from multiradar.diagnosis.plots import Floats, Plots
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 
 #: Smallest difference of heights that is reported, m, and how far half of them are from it at
@@ -31,8 +31,6 @@ REPORTED_OFF_MIN_M = 250.0
 _SAME_MIN, _AIRCRAFT_MIN, _AIRCRAFT_ALONE_MIN = 0.98, 5, 8
 #: Aircraft that an offset needs.
 _OFFSET_AIRCRAFT_MIN = 3
-#: Taxiing is slower than this, m/s, between plots so far apart in time, s.
-_TAXI_MPS, _APART_S = 30.0, (10.0, 60.0)
 #: `multiradar simulate` gives this height to all aircraft on a plane, m.
 _PLANE_HEIGHT_M = 9000.0
 OFFSET_CODE = "height_offset"
@@ -187,7 +185,8 @@ def _of_all(
         asked = [
             _is_one_height(comparison.plots(one), _known(comparison.plots(one).height_m),
                            _AIRCRAFT_ALONE_MIN)
-            and not _are_on_ground(comparison, one) and not _is_level(values_m[one])
+            and not are_slow(comparison.plots(one), comparison.site_of_radar(one))
+            and not _is_level(values_m[one])
             for one in constant
         ]  # fmt: skip
         if not all(asked):
@@ -199,17 +198,6 @@ def _of_all(
 # Whether aircraft may all fly at a height: a flight level, as few placeholders are.
 def _is_level(height_m: float) -> bool:
     return height_m > 0.0 and are_stepped(np.array([height_m]), FLIGHT_LEVEL_M)
-
-
-# Whether most aircraft and vehicles taxi: they have one height.
-def _are_on_ground(comparison: Comparison, number: int) -> bool:
-    plots = comparison.plots(number)
-    where = positions(plots, comparison.site_of_radar(number))
-    first, last = pairs_apart(plots.time_s, aircraft_of(plots), *_APART_S)
-    speed_mps = np.linalg.norm(where[last] - where[first], axis=1) / (
-        plots.time_s[last] - plots.time_s[first]
-    )
-    return len(speed_mps) >= TESTED_MIN and float(np.nanmedian(speed_mps)) < _TAXI_MPS
 
 
 # Sensors outside the largest group whose heights agree.

@@ -15,8 +15,8 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
 )
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.motion.height_steps import FLIGHT_LEVEL_M, HIGHEST_M, are_in
-from multiradar.diagnosis.motion.vertical_rates import pairs_apart
-from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, Site, positions
+from multiradar.diagnosis.motion.speeds import are_flying, are_slow
+from multiradar.diagnosis.plots import Floats, Integers, Plots, Site
 from multiradar.geodesy.geodesic import EARTH_RADIUS_M
 from multiradar_schemas.measurements.units import FOOT_M
 
@@ -35,10 +35,8 @@ _LOW_M, _LOW_SEEN_M = 600.0, 60e3
 _SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 #: Tolerance of heights about a horizon, m: pressure heights.
 _BELOW_M = 300.0
-#: Aircraft that report heights above this, m, or fly faster than this, m/s, are not at 0 m.
-_FLYING_M, _FLYING_MPS = 1000.0, 100.0
-#: Fraction of the heights that are 0 by mistake, and time between two plots for a speed, s.
-_FILLED_MIN, _APART_S = 0.02, (20.0, 60.0)
+#: Fraction of the heights that are 0 by mistake.
+_FILLED_MIN = 0.02
 
 
 def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
@@ -72,6 +70,9 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     far = known & (plots.range_m >= np.median(ranges))
     speed = _low_speed(plots.select(np.flatnonzero(far)), site)
     if hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS:
+        return None
+    # Ships, also beyond the horizon in ducts.
+    if are_slow(plots, site):
         return None
     if np.ptp(heights) == 0.0:
         return Diagnosis(
@@ -135,7 +136,7 @@ def check_filled_heights(name: str, plots: Plots, site: Site | None) -> Diagnosi
     known = np.isfinite(plots.height_m)
     if np.count_nonzero(zero) < TESTED_MIN or zero.sum() >= known.sum():
         return None
-    wrong = zero & _are_flying(plots, site)
+    wrong = zero & are_flying(plots, site)
     if site is not None:
         wrong |= zero & (_lowest_m(plots.range_m, site) > _BELOW_M)
     count = np.count_nonzero(wrong)
@@ -148,22 +149,6 @@ def check_filled_heights(name: str, plots: Plots, site: Site | None) -> Diagnosi
         f"{known.sum()} heights are 0, most of aircraft that fly; leave height_m empty where no "
         "height was reported",
     )
-
-
-# Whether the aircraft of each plot is high or fast.
-def _are_flying(plots: Plots, site: Site | None) -> Booleans:
-    names = aircraft_of(plots)
-    found, place = np.unique(names, return_inverse=True)
-    high = np.zeros(len(found), np.bool_)
-    high[place[plots.height_m > _FLYING_M]] = True
-    where = positions(plots, site)
-    first, last = pairs_apart(plots.time_s, names, *_APART_S)
-    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
-    speed_mps = flown_m / (plots.time_s[last] - plots.time_s[first])
-    fast = np.zeros(len(found), np.bool_)
-    for one in np.unique(place[first]).tolist():
-        fast[one] = np.nanmedian(speed_mps[place[first] == one]) > _FLYING_MPS
-    return np.asarray(((high | fast) & (found >= 0))[place])
 
 
 # Lowest height in sight over a smooth Earth in standard atmosphere.

@@ -123,6 +123,49 @@ def test_garbled_heights_of_0_are_named_by_the_other_heights() -> None:
     assert found is not None
 
 
+def arrivals(aircraft: int, taxi_s: float) -> Plots:
+    """Return flights that land at a runway 5 km from a radar at the level of the sea, and taxi."""
+    time_s = np.arange(-600.0, taxi_s, 4.0)
+    number = np.repeat(np.arange(aircraft), len(time_s))
+    to_s = np.tile(time_s, aircraft)
+    ranges = 5e3 + np.where(to_s < 0.0, -130.0 * to_s, 5.0 * to_s)
+    # At 70 m/s in the last two minutes, and on the runway.
+    ranges -= np.where(to_s < 0.0, 60.0 * np.maximum(to_s + 120.0, 0.0) - 7200.0, 0.0)
+    heights = np.round(np.maximum(-4.0 * to_s, 0.0) / 7.62) * 7.62
+    missing = np.full(len(to_s), np.nan)
+    return Plots(
+        to_s + 90.0 * number, np.hypot(ranges, heights), np.full(len(to_s), 30.0), missing, missing,
+        heights, number[:, None] * np.ones((1, 3), np.int64),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("positions", [False, True])
+def test_heights_of_0_on_the_runway_and_taxiways_are_heights(*, positions: bool) -> None:
+    """Regression: all plots of an aircraft counted as flying that had once exceeded 1000 m."""
+    plots = arrivals(30, 180.0)
+    if positions:
+        plots = replace(plots, latitude_deg=plots.range_m / 111e3, longitude_deg=plots.azimuth_deg)
+    assert check_filled_heights("1-10", plots, None if positions else LEVEL) is None
+    # Every second one in flight without a height: fewer are known than on the ground.
+    filled = np.where(plots.keys[:, 0] % 2 == 0, 0.0, plots.height_m)
+    found = check_filled_heights(
+        "1-10", replace(plots, height_m=filled), None if positions else LEVEL
+    )
+    assert found is not None
+
+
+# Ships, and reported as well by a radar on a mountain as by one that sees them in a duct.
+@pytest.mark.parametrize("site_m", [400.0, 20.0])
+@pytest.mark.parametrize(("speed_mps", "known"), [(8.0, False), (150.0, True)])
+def test_heights_of_0_of_ships_are_no_placeholders(
+    site_m: float, speed_mps: float, *, known: bool
+) -> None:
+    plots = traffic(0.0, 0.0, speed_mps, aircraft=15)
+    plots = replace(plots, height_m=np.zeros(plots.size))
+    found = check_height_unit("1-10", plots, (0.87, 0.26, site_m))
+    assert (found is not None) == known
+
+
 LEVEL = (0.87, 0.26, 0.0)
 
 
@@ -188,7 +231,9 @@ def filled(
     keys = np.full((len(time_s), 3), -1, np.int64)
     keys[:, 0] = np.arange(len(time_s)) >= count
     ranges = np.where(keys[:, 0] == 0, range_m + speed_mps * time_s, 10e3)
-    heights = np.repeat([0.0, other_m, 0.0], [zero, others, ground])
+    # Evenly among the others, which show the height before and after.
+    heights = np.concatenate([np.full(count, other_m), np.zeros(ground)])
+    heights[np.arange(zero) * count // zero] = 0.0
     plots = Plots(time_s, ranges, np.full(len(time_s), 30.0), missing, missing, heights, keys)
     return check_filled_heights("1-10", plots, LEVEL) is not None
 
@@ -196,18 +241,21 @@ def filled(
 @pytest.mark.parametrize(
     ("found", "known"),
     [
-        (filled(20, 100, 1000.1), True),
-        (filled(20, 100, 1000.0), False),
-        (filled(19, 100, 1000.1), False),
-        (filled(20, 980, 1000.1), True),
-        (filled(20, 981, 1000.1), False),
-        (filled(20, 100, 1000.1, ground=20), True),
-        (filled(20, 100, 1000.1, ground=21), False),
-        (filled(200, 20, 500.0, speed_mps=101.0), True),
-        (filled(200, 20, 500.0, speed_mps=99.0), False),
+        (filled(20, 100, 300.1), True),
+        (filled(20, 100, 300.0), False),
+        (filled(19, 100, 300.1), False),
+        (filled(20, 980, 300.1), True),
+        (filled(20, 981, 300.1), False),
+        (filled(20, 100, 300.1, ground=20), True),
+        (filled(20, 100, 300.1, ground=21), False),
+        (filled(200, 20, 200.0, speed_mps=101.0), True),
+        (filled(200, 20, 200.0, speed_mps=99.0), False),
+        # The next height is up to 80 s away: a slow aircraft may land.
+        (filled(200, 5, 500.0, speed_mps=31.0), True),
+        (filled(200, 5, 500.0, speed_mps=29.0), False),
         # The horizon is at 300 m in 71.4 km.
-        (filled(20, 20, 900.0, range_m=71_500.0), True),
-        (filled(20, 20, 900.0, range_m=71_200.0), False),
+        (filled(20, 20, 250.0, range_m=71_500.0), True),
+        (filled(20, 20, 250.0, range_m=71_200.0), False),
     ],
 )
 def test_heights_of_0_are_missing_ones_from_their_bounds_on(*, found: bool, known: bool) -> None:
