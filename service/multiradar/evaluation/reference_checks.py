@@ -8,7 +8,7 @@ import polars as pl
 
 from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.update_errors import UpdateErrors
-from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_ids, with_update_times
 from multiradar.evaluation.overlap import cut_short, mostly_unknown, outside, rarely_matched
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, RowCounts, Tracks
@@ -90,7 +90,7 @@ def of_another_recording(
     """
     used = tracks.measured
     updates = pl.DataFrame({UPDATE_TIME: tracks.time_s[used], "sensor_id": tracks.sensor_id[used]})
-    measured = with_update_times(measured, sensors)
+    updates, measured = with_ids(updates, sensors), with_update_times(measured, sensors)
     theirs, own = (sorted(one["sensor_id"].unique().to_list()) for one in (measured, updates))
     known = updates.filter(pl.col("sensor_id").is_in(theirs))
     share = len(known.join(measured, on=updates.columns, how="semi")) / max(len(known), 1)

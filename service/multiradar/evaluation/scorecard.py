@@ -165,7 +165,7 @@ def evaluate(
         plots = with_update_times(plots, sensors)
         first = first_plots(reference, plots)
         expected[list(first)] = list(first.values())
-        on_track = plots_on_the_right_track(tracks, reference, aircraft, plots)
+        on_track = plots_on_the_right_track(tracks, reference, aircraft, plots, sensors)
     delay_s = np.maximum(tracked_since(tracks, instants, identity) - expected, 0.0)
     return Scorecard(
         settings=settings,

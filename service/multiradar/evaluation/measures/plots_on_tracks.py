@@ -1,15 +1,19 @@
 """Plots on the right track, where the aircraft of each plot is known."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import polars as pl
 
-from multiradar.evaluation.measures.update_times import UPDATE_TIME
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_ids
 from multiradar.evaluation.trajectories import Indices, Reference, Tracks
+from multiradar_schemas.sensors.sensor import Sensor
 
 
 def plots_on_the_right_track(
-    tracks: Tracks, reference: Reference, aircraft: Indices, plots: pl.DataFrame
-) -> tuple[int, int]:
+    tracks: Tracks, reference: Reference, aircraft: Indices, plots: pl.DataFrame,
+    sensors: Sequence[Sensor] = (),
+) -> tuple[int, int]:  # fmt: skip
     """Count the plots whose track is that of their aircraft.
 
     Parameters
@@ -21,8 +25,10 @@ def plots_on_the_right_track(
     aircraft : (n,) int64
         Aircraft of the track at each update; −1 for none.
     plots : DataFrame
-        `update_time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one
-        time, the plot of an update is ambiguous, and they are skipped.
+        `update_time_s`, `sensor_id` and `name` of plots, by `with_update_times`. Where a sensor has
+        several plots at one time, the plot of an update is ambiguous, and they are skipped.
+    sensors : sequence of Sensor
+        Sensors of the tracks, by whose names updates are joined with plots.
 
     Returns
     -------
@@ -41,7 +47,7 @@ def plots_on_the_right_track(
             "aircraft": aircraft[measured],
         }
     )
-    both = updates.join(single.select(*key, "name"), on=key, how="inner")
+    both = with_ids(updates, sensors).join(single.select(*key, "name"), on=key, how="inner")
     of = np.array([names.get(name, -1) for name in both["name"]], np.int64)
     known = of >= 0
     return int(np.sum(both["aircraft"].to_numpy()[known] == of[known])), int(known.sum())

@@ -10,6 +10,7 @@ import polars as pl
 from multiradar.errors import InputError
 from multiradar.evaluation.coverage import CoveredRegion, covered_rows
 from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.measures.update_times import with_ids
 from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
 from multiradar.evaluation.smoothing.motion_modes import civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import smooth_modes
@@ -136,7 +137,7 @@ def smoothed_reference(
         )
     ]
     rows = (
-        with_names(with_rows(measurements))
+        with_ids(with_names(with_rows(measurements)), sensors)
         .with_columns(sane)
         .filter(
             pl.col("time_s").is_not_null()

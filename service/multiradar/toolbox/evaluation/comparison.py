@@ -242,7 +242,9 @@ def compared(
         sentences += clock_offset(evaluated, card.errors)
     # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
     named_alike = {one.id for one in listed if one.kind != "adsb"}
-    sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
+    ids = {name: one.id for one in listed for name in one.all_names()}
+    reporters = {ids.get(one, one) for one in known.reporters}
+    sentences += shared_sensors(evaluated, sorted(reporters - named_alike))
     offset = common_offset(card.errors)
     findings += _of_other_recordings(evaluated, chosen, listed, rows)
     if offset is not None:
@@ -271,6 +273,9 @@ def _of_other_recordings(
     sensors: "Sequence[Sensor]",
     rows: "pl.DataFrame | None",
 ) -> list[str]:
+    import polars as pl
+
+    from multiradar.evaluation.measures.update_times import with_ids
     from multiradar.evaluation.reference_checks import of_another_recording, of_other_sensors
 
     found: list[str] = []
@@ -282,8 +287,11 @@ def _of_other_recordings(
         found += of_another_recording(tracks, rows, sensors, chosen.measurements)
     elif chosen.smoothed is not None and rows is not None:
         # Measurements of other sensors alone are a reference, too.
-        used = set(tracks.sensor_id[tracks.measured].tolist())
-        if used & set(rows["sensor_id"].unique().to_list()):
+        used = pl.DataFrame({"sensor_id": tracks.sensor_id[tracks.measured]})
+        theirs, own = (
+            set(with_ids(one, sensors)["sensor_id"].unique().to_list()) for one in (rows, used)
+        )
+        if theirs & own:
             found += of_another_recording(tracks, rows, sensors, chosen.smoothed)
     return found
 

@@ -8,7 +8,7 @@ import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
-from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
+from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_ids, with_update_times
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import TRACK_COLUMNS, tracks_of
 from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
@@ -218,7 +218,7 @@ def named_by_tracks(
             str(path), missing, frame.columns, other_table(frame.columns, missing)
         )
     updates = frame.filter(pl.col("state") == "confirmed").rename({"time_s": UPDATE_TIME})
-    updates = updates.filter(pl.len().over(key) == 1)
+    updates = with_ids(updates, sensors).filter(pl.len().over(key) == 1)
     named = with_update_times(measurements, sensors).drop("track_number").join(
         updates.select(*key, pl.col("track_id").cast(pl.Int64).alias("track_number")),
         on=key, how="left", maintain_order="left",

@@ -113,6 +113,27 @@ def test_uncorrected_biases_shift_it(scene: Path) -> None:
     assert np.median(blind) > 3.0 * np.median(known)
 
 
+def test_other_names_of_a_sensor_are_those_of_the_sensor(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Regression: rows by another name had no part in the reference, and joined no update."""
+    made = scene / "made"
+    text = (made / "sensors.toml").read_text(encoding="utf-8")
+    renamed = re.sub(r'(id = "([^"]+)")', r'\1\nalso = ["second-\2"]', text)
+    (tmp_path / "sensors.toml").write_text(renamed, encoding="utf-8")
+    measured = pl.read_parquet(made / "measurements.parquet")
+    names = "second-" + pl.col("sensor_id")
+    measured.with_columns(sensor_id=names).write_parquet(tmp_path / "measurements.parquet")
+    sensors = "--sensors", tmp_path / "sensors.toml"
+    found, by_id = (
+        evaluated(capsys, scene / "tracks", "--smoothed", folder, *sensors)
+        for folder in (tmp_path, made)
+    )
+    for one in (found, by_id):
+        del one["reference"]
+    assert found == by_id
+
+
 def test_unusable_input_is_reported(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

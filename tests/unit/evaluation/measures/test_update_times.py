@@ -1,6 +1,8 @@
 """Plots are joined with the updates that they made, also where a clock is known to be late."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -11,8 +13,10 @@ from multiradar.evaluation.measures.plots_on_tracks import plots_on_the_right_tr
 from multiradar.evaluation.measures.update_times import UPDATE_TIME, with_update_times
 from multiradar.evaluation.reference_checks import of_another_recording
 from multiradar.evaluation.sensor_differences import sensor_differences
+from multiradar.evaluation.tables import TRACK_COLUMNS
 from multiradar.evaluation.trajectories import Floats, Tracks
 from multiradar.geodesy.wgs84 import enu_rotation, geodetic_to_ecef
+from multiradar.toolbox.evaluation.tracked import named_by_tracks
 from multiradar_schemas.sensors.sensor import Sensor, parse_sensors
 from support.scenarios.skies import PLANE, reference_of, straight, tracks_of
 
@@ -90,17 +94,42 @@ def test_unknown_sensors_and_those_without_an_offset_keep_their_times() -> None:
         assert found[UPDATE_TIME].to_list() == found["time_s"].to_list()
 
 
-def test_the_measurements_of_the_tracks_are_no_other_recording() -> None:
+# The names of the plots and of the updates: the same, or another one of a second network.
+NAMES = pytest.mark.parametrize(
+    ("name", "of_updates"), [("radar", "radar"), ("second", "radar"), ("radar", "second")]
+)
+
+
+def updates_of(name: str) -> Tracks:
+    return replace(UPDATES, sensor_id=np.full(len(UPDATES.time_s), name))
+
+
+@NAMES
+def test_the_measurements_of_the_tracks_are_no_other_recording(name: str, of_updates: str) -> None:
     given = Path("measurements.parquet")
-    assert of_another_recording(UPDATES, plots(), KNOWN, given) == []
+    assert of_another_recording(updates_of(of_updates), plots(name), KNOWN, given) == []
     (sentence,) = of_another_recording(UPDATES, plots(), (), given)
     assert "0% of the updates" in sentence
 
 
-def test_plots_on_the_right_track_are_counted() -> None:
-    found = with_update_times(plots(), KNOWN)
-    count = len(TIMES_S)
-    assert plots_on_the_right_track(UPDATES, REFERENCE, OF_A, found) == (count, count)
+@NAMES
+def test_plots_on_the_right_track_are_counted(name: str, of_updates: str) -> None:
+    found, count = with_update_times(plots(name), KNOWN), len(TIMES_S)
+    updates = updates_of(of_updates)
+    assert plots_on_the_right_track(updates, REFERENCE, OF_A, found, KNOWN) == (count, count)
+
+
+@NAMES
+def test_plots_are_named_by_the_tracks_that_they_updated(
+    name: str, of_updates: str, tmp_path: Path
+) -> None:
+    table: dict[str, Any] = {one: [None] * len(TIMES_S) for one in TRACK_COLUMNS}
+    table |= {"time_s": UPDATES.time_s, "track_id": [7] * len(TIMES_S)}
+    table |= {"state": ["confirmed"] * len(TIMES_S), "sensor_id": [of_updates] * len(TIMES_S)}
+    pl.DataFrame(table).write_parquet(tmp_path / "tracks.parquet")
+    unnamed = plots(name).with_columns(track_number=pl.lit(None, pl.Int64))
+    named = named_by_tracks(unnamed, KNOWN, tmp_path)
+    assert named["track_number"].to_list() == [7] * len(TIMES_S)
 
 
 def differences(
