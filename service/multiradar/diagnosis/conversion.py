@@ -63,6 +63,7 @@ from multiradar.diagnosis.motion.reports import check_reports
 from multiradar.diagnosis.motion.vertical_rates import check_vertical_rates
 from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
+from multiradar.diagnosis.same_aircraft.outages import check_gaps
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.single_sensor.beams import check_azimuth_form
 from multiradar.diagnosis.single_sensor.columns import SIGNED_MAX_DEG, SIGNED_MIN
@@ -73,7 +74,7 @@ from multiradar.diagnosis.single_sensor.steps import (
     check_rounded,
     check_wrapped,
 )
-from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_gaps, check_times
+from multiradar.diagnosis.times import TIME_UNIT, check_ends, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.longitudes import median_longitude
 from multiradar_converters.vid.text.lines import BY_PROFILE

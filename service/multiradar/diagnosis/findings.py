@@ -60,6 +60,7 @@ from multiradar.diagnosis.same_aircraft.identities_compared import (
     check_addresses,
     check_track_numbers,
 )
+from multiradar.diagnosis.same_aircraft.outages import check_gaps, check_outages
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
 from multiradar.diagnosis.single_sensor.alone import check_alone
 from multiradar.diagnosis.single_sensor.columns import check_codes, check_time_rate
@@ -70,7 +71,6 @@ from multiradar.diagnosis.times import (
     TIMES_APART,
     TIMES_JUMP,
     check_ends,
-    check_gaps,
     check_times,
     utc,
 )
@@ -162,13 +162,15 @@ def _check_times(evidence: Evidence) -> list[Diagnosis]:
 
 # Two sensors that have no time in common are not compared.
 def _are_of_either(found: Sequence[Diagnosis]) -> bool:
-    return any(one.code == TIMES_APART and not one.sensor_id for one in found)
+    return any(
+        one.code == TIMES_APART and not one.sensor_id and one.severity == "error" for one in found
+    )
 
 
 def _check_ends(evidence: Evidence, found: Sequence[Diagnosis]) -> list[Diagnosis]:
     if _have_other_times(found):
         return []
-    pauses = check_pauses(evidence.sources)
+    pauses = [*check_outages(evidence.sources), *check_pauses(evidence.sources)]
     # A clock that is ahead starts and ends later, and may leave a pause.
     clocks = any(one.code == "clock" and one.severity == "error" for one in found)
     if clocks:

@@ -26,16 +26,13 @@ DATELESS_MAX_S = 10.0 * 86_400.0
 GAP_MIN_S = 600.0
 #: Offsets this close to whole hours are attributed to time zones, s.
 ZONE_WITHIN_S = 120.0
-#: Tolerance of a jump by whole days: time without measurements about it, s.
-DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
+DAY_S, HOUR_S = 86_400.0, 3600.0
+#: Groups of sensors whose starts and ends are as far apart as each other have one period, s.
+_ENDS_WITHIN_S = 300.0
 #: 1970-01-01 as spreadsheets count days.
 _SPREADSHEET_DAYS = 25_569.0
-#: Times of day are recorded until and from midnight, s.
-MIDNIGHT_WITHIN_S = 60.0
 #: Unix times in seconds stay below this for 3000 years: gaps of larger times have no unit.
-_UNIX_MAX_S = 1e11
-#: Other gaps of a recording are reported from this on, s: some airports close for the night.
-GAP_MAX_S = 43_200.0
+UNIX_MAX_S = 1e11
 #: A source ends early if it does so by this time, s, by this fraction of the recording and by so
 #: many times its longest gap; shorter recordings are not examined, s.
 ENDS_MIN_S, ENDS_MIN, ENDS_GAPS, ENDS_SPAN_MIN_S = 30.0, 0.02, 3.0, 300.0
@@ -103,18 +100,22 @@ def _of_digits(name: str) -> Diagnosis:
 
 # Whether times are seconds since 1970: those without a date or in another unit are wrong.
 def _are_unix(sources: Mapping[str, Source], names: Sequence[str]) -> bool:
-    return DATELESS_MAX_S <= first_and_last(sources, names)[0] < _UNIX_MAX_S
+    return DATELESS_MAX_S <= first_and_last(sources, names)[0] < UNIX_MAX_S
 
 
-# Two groups of as many sources do not show which one is wrong.
+# Two groups of as many sources do not show which one is wrong, or whether the later ones replaced
+# the others: in a pause of less than an hour, unless both groups are off by the same whole hours.
 def _times_of_either(
     sources: Mapping[str, Source], first: Sequence[str], later: Sequence[str]
 ) -> Diagnosis:
     spans = [first_and_last(sources, names) for names in (first, later)]
-    apart_s = spans[1][0] - spans[0][0]
-    hours = round(apart_s / 3600.0)
+    apart_s, ends_apart_s = (spans[1][one] - spans[0][one] for one in (0, 1))
+    hours = round(apart_s / HOUR_S)
+    zone = abs(apart_s - HOUR_S * hours) <= ZONE_WITHIN_S
+    # Aircraft may leave one of them earlier.
+    shifted = zone and abs(ends_apart_s - apart_s) <= _ENDS_WITHIN_S
     by = "from another day or time zone"
-    if abs(apart_s - 3600.0 * hours) <= ZONE_WITHIN_S:
+    if zone:
         days = hours // 24 if hours % 24 == 0 else 0
         by = f"{f'{days} d' if days else f'{hours} h'} off"
     them = " and ".join(listed(sorted(names)) for names in (first, later))
@@ -122,90 +123,19 @@ def _times_of_either(
         f"{listed(sorted(names))} from {utc(start)} to {utc(end)}"
         for names, (start, end) in zip((first, later), spans, strict=True)
     )
+    if spans[1][0] - spans[0][1] < HOUR_S and not shifted:
+        return Diagnosis(
+            "",
+            TIMES_APART,
+            f"{them} have no time in common ({from_to}): probably one replaced the other; they are "
+            "not compared, check that the recording is complete",
+            "warning",
+        )
     return Diagnosis(
         "",
         TIMES_APART,
         f"{them} have no time in common, and there is no other sensor to decide which is wrong: "
         f"the clock of one is probably {by} ({from_to}); correct its times, or exclude the sensor",
-    )
-
-
-def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    """Return jumps of the times of a recording by whole days, and gaps of a day or more."""
-    jumped = {
-        name: source
-        for name, source in sources.items()
-        if source.gap_s >= GAP_MAX_S and source.first_s < _UNIX_MAX_S and not _are_apart(source)
-    }
-    if not jumped:
-        return []
-    wrapped = sorted(name for name, one in jumped.items() if _wraps(one))
-    if wrapped:
-        return [_wrap(name) for name in ([""] if len(wrapped) == len(sources) else wrapped)]
-    of_all = len(jumped) == len(sources)
-    names = [""] if of_all else sorted(jumped)
-    positions = all(_kind(one) in ("adsb", "mlat") for one in sources.values() if one.read)
-    return [
-        _jump(name, jumped[name] if name else _longest(jumped), positions=positions)
-        for name in names
-    ]
-
-
-# Whether all measurements are far apart, as times in another unit are.
-def _are_apart(source: Source) -> bool:
-    times = np.sort(source.plots()["time_s"].drop_nulls().to_numpy())
-    return len(times) > _DIGITS_MIN and float(np.median(np.diff(times))) >= GAP_MIN_S
-
-
-# Whether times of day begin again at midnight.
-def _wraps(source: Source) -> bool:
-    to_s = source.gap_from_s + source.gap_s
-    return 0.0 <= source.first_s < MIDNIGHT_WITHIN_S and (
-        source.gap_from_s < to_s <= source.last_s < DAY_S < source.last_s + MIDNIGHT_WITHIN_S
-    )
-
-
-def _wrap(name: str) -> Diagnosis:
-    return Diagnosis(
-        name,
-        TIMES_JUMP,
-        f"{f'{name}: its' if name else 'the'} times probably start again from 0 at midnight: they "
-        "are times of day without a date, before and after midnight; add the date, or 86 400 s to "
-        "the times after midnight",
-    )
-
-
-def _longest(sources: Mapping[str, Source]) -> Source:
-    return max(sources.values(), key=lambda one: one.gap_s)
-
-
-# Archives of reported positions often contain parts of several days.
-def _jump(name: str, source: Source, *, positions: bool) -> Diagnosis:
-    head = f"{name}: its" if name else "the"
-    spans = f"from {utc(source.gap_from_s)} to {utc(source.gap_from_s + source.gap_s)}"
-    days = round(source.gap_s / DAY_S)
-    if days and abs(source.gap_s - days * DAY_S) <= JUMP_WITHIN_S:
-        many = "a day" if days == 1 else f"{days} days"
-        return Diagnosis(
-            name,
-            TIMES_JUMP,
-            f"{head} times probably jump by {many}, {spans}: a wrong date, or a day counted twice; "
-            "correct the times after the jump",
-        )
-    gap = f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}"
-    if positions and source.first_s >= DATELESS_MAX_S:
-        return Diagnosis(
-            name,
-            TIMES_JUMP,
-            f"{gap}: each day has tracks of its own; track each day separately where they are to "
-            "be evaluated separately",
-            "warning",
-        )
-    return Diagnosis(
-        name,
-        TIMES_JUMP,
-        f"{gap}: probably recordings of different days, or wrong dates; convert and track each day "
-        "separately",
     )
 
 
@@ -227,7 +157,7 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
     spans = np.array([_of_aircraft(one) for one in timed.values()])
     first_s, last_s = float(spans[:, 0].min()), float(spans[:, 1].max())
     whole_s = last_s - first_s
-    if whole_s < ENDS_SPAN_MIN_S or last_s >= _UNIX_MAX_S:
+    if whole_s < ENDS_SPAN_MIN_S or last_s >= UNIX_MAX_S:
         return []
     early = {
         name: one
@@ -239,8 +169,8 @@ def check_ends(sources: Mapping[str, Source]) -> list[Diagnosis]:
     found = []
     for group in _ended_together(early, whole_s):
         names = _with_few_aircraft(timed, group, whole_s, last_s)
-        kinds = {_kind(timed[one]) for one in names}
-        same = [one for one in timed if _kind(timed[one]) in kinds and one not in names]
+        kinds = {kind_of(timed[one]) for one in names}
+        same = [one for one in timed if kind_of(timed[one]) in kinds and one not in names]
         missing = (last_s - max(timed[one].last_s for one in names)) / whole_s
         traffic = any(_aircraft(timed[one]) >= ENDS_AIRCRAFT_MIN for one in names)
         cut = not same and missing > ENDS_MISSING_MAX and traffic
@@ -337,7 +267,8 @@ def _with_few_aircraft(
     return sorted([*group, *few])
 
 
-def _kind(source: Source) -> str:
+def kind_of(source: Source) -> str:
+    """Return the kind of the measurements of a source; empty without any."""
     return next((str(part["kind"][0]) for part in source.kept if len(part)), "")
 
 

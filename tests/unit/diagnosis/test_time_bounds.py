@@ -5,7 +5,8 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.evidence import COLUMNS, Source
-from multiradar.diagnosis.times import check_ends, check_gaps, check_times, utc
+from multiradar.diagnosis.same_aircraft.outages import check_gaps
+from multiradar.diagnosis.times import check_ends, check_times, utc
 
 START_S = 1_533_081_600.0
 DAY_S = 86_400.0

@@ -4,8 +4,9 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.evidence import COLUMNS, Source
+from multiradar.diagnosis.same_aircraft.outages import check_gaps
 from multiradar.diagnosis.same_aircraft.pauses import check_pauses
-from multiradar.diagnosis.times import check_ends, check_gaps, check_times
+from multiradar.diagnosis.times import check_ends, check_times
 
 START_S = 1_533_110_400.0
 

@@ -164,7 +164,8 @@ def _command(files: list[Path]) -> str:
 # Recordings of different days are inspected as one.
 def _warn_of_times(found: "Inspection") -> None:
     from multiradar.diagnosis.evidence import Source
-    from multiradar.diagnosis.times import DATELESS_MAX_S, check_gaps, check_times
+    from multiradar.diagnosis.same_aircraft.outages import check_gaps, check_outages
+    from multiradar.diagnosis.times import DATELESS_MAX_S, check_times
 
     sources = {}
     for one in found.sensors:
@@ -178,7 +179,8 @@ def _warn_of_times(found: "Inspection") -> None:
     # Times of day are compared with the times of day of other recordings.
     dated = {name: one for name, one in sources.items() if one.first_s >= DATELESS_MAX_S}
     undated = {name: one for name, one in sources.items() if name not in dated}
-    for diagnosis in [*check_times(dated), *check_times(undated), *check_gaps(sources)]:
+    times = [*check_times(dated), *check_times(undated)]
+    for diagnosis in [*times, *check_gaps(sources), *check_outages(sources)]:
         warn(diagnosis.sentence, DataWarning)
 
 

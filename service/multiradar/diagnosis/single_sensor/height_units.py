@@ -69,10 +69,9 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     low = heights.max() < _LOW_M and np.quantile(ranges, 0.75) > _LOW_SEEN_M
     far = known & (plots.range_m >= np.median(ranges))
     speed = _low_speed(plots.select(np.flatnonzero(far)), site)
-    if hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS:
-        return None
-    # Ships, also beyond the horizon in ducts.
-    if are_slow(plots, site):
+    possible = hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS
+    # Ships are at sea level, also beyond the horizon in ducts.
+    if possible or are_slow(plots, site):
         return None
     if np.ptp(heights) == 0.0:
         return Diagnosis(

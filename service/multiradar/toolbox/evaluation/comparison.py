@@ -240,11 +240,7 @@ def compared(
         findings += [one for one in poorly if one in barely]
         sentences += [one for one in poorly if one not in barely]
         sentences += clock_offset(evaluated, card.errors)
-    # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
-    named_alike = {one.id for one in listed if one.kind != "adsb"}
-    ids = {name: one.id for one in listed for name in one.all_names()}
-    reporters = {ids.get(one, one) for one in known.reporters}
-    sentences += shared_sensors(evaluated, sorted(reporters - named_alike))
+    sentences += shared_sensors(evaluated, _reporters(known, listed))
     offset = common_offset(card.errors)
     findings += _of_other_recordings(evaluated, chosen, listed, rows)
     if offset is not None:
@@ -252,6 +248,13 @@ def compared(
     for sentence in sentences:
         warn(sentence, DataWarning)
     return card, {"reference": _named(chosen, known), **figures_of(card)}, findings
+
+
+# ADS-B converted alone may have the name of a radar or multilateration of the tracks.
+def _reporters(known: "Known", sensors: "Sequence[Sensor]") -> list[str]:
+    ids = {name: one.id for one in sensors for name in one.all_names()}
+    named_alike = {one.id for one in sensors if one.kind != "adsb"}
+    return sorted({ids.get(one, one) for one in known.reporters} - named_alike)
 
 
 def _named(chosen: References, known: "Known") -> "Figures":

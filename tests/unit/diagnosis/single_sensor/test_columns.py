@@ -4,7 +4,7 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.evidence import COLUMNS, Source
-from multiradar.diagnosis.times import check_gaps
+from multiradar.diagnosis.same_aircraft.outages import check_gaps
 from multiradar_schemas.sensors.sensor import Sensor
 from support.inputs.mistaken import START_S, Edit, Recording, recording
 
