@@ -113,7 +113,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     found += loss_checks.check_copied_sensors(evidence)
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
     found += _check_alone(evidence, comparison, known, {one.sensor_id for one in found})
-    found = _with_origin(comparison, found, evidence.sensors.ids)
+    found = _with_origin(evidence, comparison, found)
     named = {one.sensor_id for one in found}
     # Wrong identities would be compared with those of other sensors.
     if numbers := check_track_numbers(comparison, evidence.sensors.ids, named):
@@ -226,13 +226,29 @@ def _placeholders(
     return [one for one in found if one is not None]
 
 
-# The rotation shows that azimuths are anticlockwise, and other sensors show from where.
+# The rotation shows that azimuths are anticlockwise, and other sensors show from where, or that the
+# antenna itself rotates anticlockwise.
 def _with_origin(
-    comparison: Comparison, found: Sequence[Diagnosis], names: tuple[str, ...]
+    evidence: Evidence, comparison: Comparison, found: Sequence[Diagnosis]
 ) -> list[Diagnosis]:
+    names, result = evidence.sensors.ids, []
     alike = [names.index(one.sensor_id) for one in found if one.code == MIRRORED.code]
-    of = {names[one]: anticlockwise(comparison, one, names, alike) for one in alike}
-    return [of.get(one.sensor_id) or one for one in found]
+    for one in found:
+        if one.code != MIRRORED.code:
+            result.append(one)
+        elif _agrees_as_recorded(comparison, names.index(one.sensor_id), alike):
+            result += check_alone(evidence, comparison, one.sensor_id, anticlockwise=True)
+        else:
+            of = anticlockwise(comparison, names.index(one.sensor_id), names, alike)
+            result.append(of or one)
+    return result
+
+
+# Positions in the recording may have been computed from the same azimuths.
+def _agrees_as_recorded(comparison: Comparison, number: int, alike: Collection[int]) -> bool:
+    pairs = comparison.pairs(number, set(comparison.numbers) - set(alike))
+    pairs = pairs.select(pairs.source != RECORDING)
+    return comparison.agreement(number, pairs).share >= AGREES_MIN
 
 
 # Each sensor against those that agree with each other.

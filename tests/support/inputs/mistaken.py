@@ -90,8 +90,9 @@ class Recording:
 
 @cache
 def recording(
-    seed: int = 1, aircraft: int = 25, *, positions: bool = False, named: bool = True
-) -> Recording:
+    seed: int = 1, aircraft: int = 25, *, positions: bool = False, named: bool = True,
+    anticlockwise: tuple[str, ...] = (),
+) -> Recording:  # fmt: skip
     """Return plots of straight flights, as each radar measures them.
 
     Parameters
@@ -104,10 +105,16 @@ def recording(
         Whether the plots have the position of the aircraft beside them, as dumps have.
     named : bool
         Whether plots name their aircraft.
+    anticlockwise : tuple of str
+        The radars whose antennas rotate anticlockwise.
     """
     rng = np.random.default_rng(seed)
     flights = [_flight(rng) for _ in range(aircraft)]
-    parts = [_plots(name, flights, rng, positions=positions, named=named) for name in RADARS]
+    parts = [
+        _plots(name, flights, rng, positions=positions, named=named,
+               sense=-1.0 if name in anticlockwise else 1.0)
+        for name in RADARS
+    ]  # fmt: skip
     sensors = tuple(
         Sensor(
             id=name, kind="radar", latitude_deg=site[0], longitude_deg=site[1], height_m=site[2],
@@ -130,8 +137,9 @@ _Flights = Sequence[tuple[float, float, float, float, float]]
 
 
 def _plots(
-    name: str, flights: _Flights, rng: np.random.Generator, *, positions: bool, named: bool
-) -> pl.DataFrame:
+    name: str, flights: _Flights, rng: np.random.Generator, *, positions: bool, named: bool,
+    sense: float,
+) -> pl.DataFrame:  # fmt: skip
     (latitude, longitude, height), period, (range_bias, azimuth_bias) = RADARS[name]
     site = float(np.radians(latitude)), float(np.radians(longitude)), height
     rows = []
@@ -142,7 +150,7 @@ def _plots(
             where = _where(flight, time_s)
             _, azimuth, _ = slant_range_azimuth(site, *where)
             scan = np.floor(time_s / period)
-            time_s = (scan + azimuth / (2.0 * np.pi)) * period
+            time_s = (scan + sense * azimuth / (2.0 * np.pi) % 1.0) * period
         where = _where(flight, time_s)
         ranges, azimuth, _ = slant_range_azimuth(site, *where)
         count = len(time_s)

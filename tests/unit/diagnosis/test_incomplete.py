@@ -112,6 +112,18 @@ def test_the_direction_from_which_azimuths_are_anticlockwise_is_named(
     assert ("mathematical convention" in diagnosed[0].sentence) == (origin == "east")
 
 
+def test_an_antenna_that_rotates_anticlockwise_is_no_mistake() -> None:
+    """Regression: its azimuths are those of the aircraft that other radars detect."""
+    one = recording(anticlockwise=(NAME,))
+    assert one.diagnosed() == []
+    # It is examined as others are, and so are azimuths that advance with the antenna.
+    feet = one.changed(NAME, height_m=pl.col("height_m") / 0.3048)
+    assert [(two.sensor_id, two.code) for two in feet.diagnosed()] == [(NAME, "height_unit")]
+    (found,) = one.changed(NAME, azimuth_deg=(360.0 - pl.col("azimuth_deg")) % 360.0).diagnosed()
+    assert found.sensor_id == NAME
+    assert "anticlockwise" in found.sentence
+
+
 def test_a_radar_alone_shows_no_direction() -> None:
     one = recording().only(NAME)
     (found,) = one.changed(NAME, azimuth_deg=(450.0 - pl.col("azimuth_deg")) % 360.0).diagnosed()

@@ -38,7 +38,9 @@ from multiradar.diagnosis.single_sensor.steps import check_limits, check_rounded
 _ADVANCES_MIN = 0.5
 
 
-def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
+def check_alone(
+    evidence: Evidence, comparison: Comparison, name: str, *, anticlockwise: bool = False
+) -> list[Diagnosis]:
     """Return the first error of a sensor that its own measurements show, else the first warning.
 
     Parameters
@@ -49,6 +51,8 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         Its plots.
     name : str
         The sensor.
+    anticlockwise : bool
+        Whether its antenna is known to rotate anticlockwise.
     """
     number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
     wrong = (
@@ -84,8 +88,8 @@ def check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[D
         check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots)
-        or check_azimuth_unit(name, plots, period_s)
-        or check_azimuth_form(name, plots, period_s),
+        or (None if anticlockwise else check_azimuth_unit(name, plots, period_s))
+        or (None if anticlockwise else check_azimuth_form(name, plots, period_s)),
         check_two_radars(name, plots),
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
