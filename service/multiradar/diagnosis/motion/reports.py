@@ -103,7 +103,7 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
     return (
         _of_minutes(name, plots, first, last, flown_m / np.maximum(apart_s, _STEP_S) > _JUMP_MPS)
         or _of_times(name, flown_m, apart_s)
-        or _of_radians(name, plots.height_m[first], flown_m / apart_s)
+        or _of_radians(name, plots, plots.height_m[first], flown_m / apart_s)
         or _of_heights(name, plots, flown_m / apart_s)
         or _of_exchanged(name, plots, first, last)
         or _of_courses(name, plots)
@@ -207,9 +207,15 @@ def _of_times(name: str, flown_m: Floats, apart_s: Floats) -> Diagnosis | None:
     )
 
 
-def _of_radians(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | None:
+def _of_radians(
+    name: str, plots: Plots, height_m: Floats, speed_mps: Floats
+) -> Diagnosis | None:  # fmt: skip
     high = height_m > _HIGH_M
-    if np.count_nonzero(high) < TESTED_MIN:
+    # Balloons, and aircraft that taxi at La Paz, are slow there, too.
+    known = np.isfinite(plots.latitude_deg + plots.longitude_deg)
+    radians = np.abs(plots.latitude_deg) <= np.pi / 2.0
+    radians &= np.abs(plots.longitude_deg) <= np.pi
+    if np.count_nonzero(high) < TESTED_MIN or np.mean(radians[known]) < SAME_MIN:
         return None
     speed = float(np.median(speed_mps[high]))
     with_it = float(np.degrees(speed))

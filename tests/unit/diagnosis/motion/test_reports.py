@@ -83,6 +83,20 @@ def test_a_slow_helicopter_below_3000_m_is_not_in_radians() -> None:
     assert check_reports("adsb", slow) is None
 
 
+@pytest.mark.parametrize(("longitude", "known"), [(7.0, False), (-68.2, False), (2.0, True)])
+def test_taxiing_above_3000_m_is_not_in_radians(longitude: float, *, known: bool) -> None:
+    """Regression: at La Paz, at 4060 m, the median speed is that of taxiing."""
+    latitude = 0.8 if known else -16.5
+    slow = reports(
+        latitude_deg=lambda one: latitude + (one - 46.0) / 60.0,
+        longitude_deg=lambda one: longitude + (one - 7.0) / 60.0,
+        height_m=lambda one: np.full_like(one, 4061.0) + (one > 7000.0) * 7.62,
+    )
+    found = check_reports("adsb", slow)
+    assert (found is not None) == known
+    assert found is None or found.code == "position_unit"
+
+
 def cruising(north: float, east: float) -> Plots:
     """Return reports of 12 aircraft at about 230 m/s in all directions, with a wind of 25 m/s."""
     number = np.repeat(np.arange(12), REPORTS)
