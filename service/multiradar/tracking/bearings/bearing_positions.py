@@ -32,8 +32,6 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_COSINE,
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_AZIMUTH_SINE,
-    PARAMETER_FRAME_EAST,
-    PARAMETER_FRAME_NORTH,
     PARAMETER_TIME_OFFSET,
     SensorTable,
 )
@@ -223,7 +221,7 @@ class _Fit:
             slopes[index, :4] = at[4], at[5], ago * at[4], ago * at[5]
             rate = at[4] * mean[2] + at[5] * mean[3]
             own = self._columns_of(one)
-            by_bias[index, own] = _by_biases(self._model.parameters[own], at[1], at[0], rate)
+            by_bias[index, own] = _by_biases(self._model.parameters[own], at[1], rate)
             turned = by_bias[index, own] @ self._estimate[own]
             residual[index] = wrapped(self._azimuth[index] - turned - at[1])
             sigmas[index] = self._sigmas[index]
@@ -257,7 +255,7 @@ class _Fit:
         turned = []
         for one in self._seen:
             own = self._columns_of(one)
-            by_bias = _by_biases(self._model.parameters[own], one.azimuth_rad, np.inf, 0.0)
+            by_bias = _by_biases(self._model.parameters[own], one.azimuth_rad, 0.0)
             turned.append(by_bias @ self._estimate[own])
         return self._azimuth - np.array(turned)
 
@@ -306,16 +304,15 @@ class _Fit:
         return np.append(np.median(np.array(positions), axis=0), [0.0, 0.0])
 
 
-# The azimuth part of the columns J of `bias_column`, for biases of these kinds.
-def _by_biases(kinds: Integers, azimuth_rad: float, range_m: float, rate: float) -> Floats:
+# The azimuth part of the columns J of `bias_column` for bearings, of which the shift of a frame has
+# none.
+def _by_biases(kinds: Integers, azimuth_rad: float, rate: float) -> Floats:
     sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
     turned = {
         PARAMETER_AZIMUTH_OFFSET: 1.0,
         PARAMETER_TIME_OFFSET: -rate,
         PARAMETER_AZIMUTH_SINE: sine,
         PARAMETER_AZIMUTH_COSINE: cosine,
-        PARAMETER_FRAME_EAST: cosine / range_m,
-        PARAMETER_FRAME_NORTH: -sine / range_m,
     }
     return np.array([turned.get(kind, 0.0) for kind in kinds.tolist()], np.float64)
 

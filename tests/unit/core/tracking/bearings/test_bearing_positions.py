@@ -32,8 +32,9 @@ SIGMA_DEG = 1e-3
 
 
 def _located(
-    named: dict[str, tuple[float, float]], *, elevations: bool = False, shift: float = 0.0
-) -> tuple[Start, np.ndarray]:
+    named: dict[str, tuple[float, float]], *, elevations: bool = False, shift: float = 0.0,
+    kind: str = "direction-finder",
+) -> tuple[Start, np.ndarray]:  # fmt: skip
     """Return the start by bearings with biases, found at estimates `shift` sigmas off, and them."""
     bias = {
         name: {"estimate": True, "prior": value, "prior_sigma": sigma}
@@ -42,7 +43,7 @@ def _located(
     every = [
         Sensor.model_validate(
             {
-                "id": f"df-{number}", "kind": "direction-finder", "latitude_deg": latitude,
+                "id": f"df-{number}", "kind": kind, "latitude_deg": latitude,
                 "longitude_deg": longitude, "height_m": height, "azimuth_sigma_deg": SIGMA_DEG,
                 "elevation_sigma_deg": SIGMA_DEG, "bias": bias,
             }
@@ -100,3 +101,15 @@ def test_the_sensitivity_is_the_change_with_the_biases(elevations: bool) -> None
     expected = found.sensitivity @ (high - low)
     assert np.hypot(*expected[:2]) > 5.0
     np.testing.assert_allclose(after - before, expected, rtol=0.05, atol=0.2)
+
+
+def test_the_shift_of_a_frame_is_neglected_as_in_the_filter() -> None:
+    """Regression: the start depended on a shift that no later bearing is corrected for."""
+    plain, _ = _located({"azimuth_offset_deg": BIASES["azimuth_offset_deg"]}, kind="radar")
+    shifts = {"frame_east_m": (500.0, 200.0), "frame_north_m": (-300.0, 200.0)}
+    named = {"azimuth_offset_deg": BIASES["azimuth_offset_deg"]} | shifts
+    found, estimate = _located(named, kind="radar")
+    of_shift = np.abs(estimate) > 100.0
+    assert of_shift.sum() == 4
+    assert (found.sensitivity[:, of_shift] == 0.0).all()
+    np.testing.assert_allclose(found.mean, plain.mean, rtol=1e-12)
