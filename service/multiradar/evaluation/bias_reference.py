@@ -34,8 +34,8 @@ MEASURED_S = 15.0
 #: Columns that an update needs.
 COLUMNS = ("time_s", "latitude_deg", "longitude_deg", "flight")
 SIGMA_COLUMN = "position_sigma_m"
-#: Identities by which plots belong to an aircraft, the best first. One decides at times when plots
-#: have it: those of Mode A/C radars have no address.
+#: Identities by which plots belong to an aircraft, the best first. One decides for all aircraft at
+#: times when any plot has it: those of Mode A/C radars have no address.
 IDENTITIES = ("mode_s_address", "mode_3a", "track_number")
 
 
@@ -161,7 +161,14 @@ def _apart(flight: Indices, time_s: Floats, usable: Flags) -> Flags:
 
 
 def _measured(rows: pl.DataFrame, plots: pl.DataFrame) -> Flags:
-    """Return which updates have a plot with their identity, the best that plots have then."""
+    """Return which updates have a plot with their identity within `MEASURED_S`.
+
+    The first of `IDENTITIES` decides that the update has and any plot then has, of whatever
+    aircraft: as soon as one Mode S plot is within `MEASURED_S`, an update with an address needs a
+    plot with this address, and its Mode 3/A code no longer counts. Updates of aircraft that only
+    radars without Mode S measure are left out then, rather than matched by codes that others may
+    have.
+    """
     time_s = rows["time_s"].cast(pl.Float64).to_numpy()
     measured: Flags = np.zeros(len(rows), np.bool_)
     decided: Flags = np.zeros(len(rows), np.bool_)

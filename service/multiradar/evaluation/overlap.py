@@ -6,6 +6,7 @@ import numpy as np
 
 from multiradar.errors import InputError
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference, Tracks
+from multiradar.geodesy.longitudes import median_longitude
 from multiradar.report.times import is_dated, time_text
 
 #: Fraction of the reference outside the time or area of the tracks that gives a warning.
@@ -235,5 +236,9 @@ def _advice(own: _Span, known: _Span) -> str:
 def _area(position_m: Floats, reference: Reference) -> str:
     latitude, longitude = reference.plane.to_geodetic(position_m[:, 0], position_m[:, 1])
     south, north = np.degrees([latitude.min(), latitude.max()])
-    west, east = np.degrees([longitude.min(), longitude.max()])
+    middle = median_longitude(longitude)
+    away = np.mod(longitude - middle + np.pi, 2.0 * np.pi) - np.pi
+    # From -180° to 180°, also where they cross the antimeridian.
+    ends = middle + np.array([away.min(), away.max()])
+    west, east = np.degrees(np.mod(ends + np.pi, 2.0 * np.pi) - np.pi)
     return f"latitude {south:.2f}° to {north:.2f}°, longitude {west:.2f}° to {east:.2f}°"

@@ -1,5 +1,7 @@
 """Messages for a reference of another time or area than the tracks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from multiradar.evaluation.overlap import (
     outside,
     rarely_matched,
 )
+from multiradar.geodesy.system_plane import SystemPlane
 from support.scenarios.skies import Row, reference_of, straight, tracks_of
 
 DAY_S = 86_400.0
@@ -71,6 +74,17 @@ def test_tracks_without_any_match_are_reported_with_both_areas() -> None:
         "latitude 45.83° to 45.83°, longitude 6.89° to 6.89°; another recording, area or time zone?"
     )
     check_matched(tracks, reference, np.array([-1, 3, -1]), 2000.0)
+
+
+def test_an_area_across_the_antimeridian_is_narrow() -> None:
+    """Regression: it reached from 179.9° W to 179.9° E."""
+    plane = SystemPlane(np.radians(-17.0), np.pi)
+    found = replace(reference_of({"a": _flight(BEGIN_S)}), plane=plane)
+    moved = tracks_of({1: [(BEGIN_S, -10e3, 0.0, 0.0, 0.0), (BEGIN_S, 10e3, 0.0, 0.0, 0.0)]})
+    with pytest.raises(InputError) as fault:
+        check_matched(moved, found, np.full(60, -1), 2000.0)
+    assert "longitude 179.91° to -179.91°; reference" in str(fault.value)
+    assert "longitude -180.00° to -180.00°;" in str(fault.value)
 
 
 @pytest.mark.parametrize(("part", "sentences"), [(0.49, 0), (0.5, 1)])
