@@ -5,7 +5,8 @@ links  Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (12, 14, 101, 228, 2
        (113, 276), loopback of BSD (0, 108)
 IP     versions 4 and 6; fragments of a datagram are reassembled by source, destination and
        identification, which recurs: after 30 s, or 1000 packets without times, and from a
-       different fragment at the same offset on, they belong to another datagram; other extensions
+       different fragment at the same offset on, they belong to another datagram, as they do if
+       length or checksum of UDP would be wrong; copies of fragments are framing; other extensions
        of version 6 are not read
 =====  ==========================================================================================
 """
@@ -27,8 +28,8 @@ _IP = (0x0800, 0x86DD)
 _IPV6_OCTETS, _IPV6_FRAGMENT, _FRAGMENT_OCTETS = 40, 44, 8
 _UDP = 17
 _UDP_OCTETS = 8
-#: Maximum number of incomplete datagrams.
-_WAITING_MAX = 256
+#: Maximum number of incomplete datagrams, and of complete ones whose copies may follow.
+_WAITING_MAX, _COMPLETE_MAX = 256, 4096
 #: Reassembly timeout, s: that of Linux; RFC 1122, 3.3.2 recommends 60 to 120 s.
 _WAITING_MAX_S = 30.0
 #: The same for packets without times.
@@ -58,8 +59,11 @@ class Packet:
 
 
 @dataclass
-class _Waiting:
-    """Fragments of an incomplete datagram by offset, with time and number of its first packet."""
+class _Datagram:
+    """Fragments of a datagram by offset, as they arrived, with time and number of its first packet.
+
+    Each has its offset and octets in the file, and whether more follow.
+    """
 
     since_s: float
     number: int
@@ -67,10 +71,11 @@ class _Waiting:
 
 
 class Fragments:
-    """Fragments of incomplete datagrams."""
+    """Fragments of incomplete datagrams, and of complete ones whose copies may follow."""
 
     def __init__(self) -> None:
-        self._waiting: dict[bytes, _Waiting] = {}
+        self._waiting: dict[bytes, _Datagram] = {}
+        self._complete: dict[bytes, _Datagram] = {}
         self._lost: list[Gap] = []
         self._number = 0
 
@@ -82,50 +87,77 @@ class Fragments:
         self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes, received_s: float
     ) -> tuple[int, bytes] | None:
         """Add a fragment (offset, octets, more follow); return the datagram once complete."""
-        taken = self._others(key, received_s).get(place)
-        if taken is not None and _content(taken, raw) == _content(piece, raw):
-            self._lost.append((piece[0], piece[1], "a duplicate fragment"))
-            return None
-        if taken is not None:
-            self._drop(key)
-        waiting = self._waiting.setdefault(key, _Waiting(received_s, self._number))
-        waiting.pieces[place] = piece
-        if len(self._waiting) > _WAITING_MAX:
-            self._drop(next(iter(self._waiting)))
-        whole = b""
-        for at in sorted(waiting.pieces):
-            offset, octets, more = waiting.pieces[at]
-            if at != len(whole):
+        for known in (self._complete, self._waiting):
+            one = known.get(key)
+            if one is not None and self._expired(one, received_s):
+                self._drop(known, key)
+            taken = known[key].pieces.get(place) if key in known else None
+            if taken is not None and _content(taken, raw) == _content(piece, raw):
                 return None
-            whole += raw[offset : offset + octets]
-            if not more:
-                del self._waiting[key]
-                return waiting.pieces[0][0], whole
-        return None
+            if taken is not None and known is self._waiting:
+                self._drop(known, key)
+        waiting = self._waiting.setdefault(key, _Datagram(received_s, self._number))
+        waiting.pieces[place] = piece
+        self._limit(self._waiting, _WAITING_MAX)
+        whole = _whole(waiting, raw)
+        if whole is None:
+            return None
+        if not _is_datagram(key, whole):
+            # The first fragment that arrived is of a previous datagram.
+            self._lose(waiting.pieces.pop(next(iter(waiting.pieces))))
+            return None
+        self._complete.pop(key, None)
+        self._complete[key] = self._waiting.pop(key)
+        self._limit(self._complete, _COMPLETE_MAX)
+        return waiting.pieces[0][0], whole
 
-    def _others(self, key: bytes, received_s: float) -> dict[int, tuple[int, int, bool]]:
-        """Return the waiting fragments of a datagram; none after the timeout."""
-        waiting = self._waiting.get(key)
-        if waiting is None:
-            return {}
-        passed_s = abs(received_s - waiting.since_s)
-        expired = passed_s > _WAITING_MAX_S
+    def _expired(self, one: _Datagram, received_s: float) -> bool:
+        passed_s = abs(received_s - one.since_s)
         if math.isnan(passed_s):
-            expired = self._number - waiting.number > _WAITING_PACKETS_MAX
-        if expired:
-            self._drop(key)
-            return {}
-        return waiting.pieces
+            return self._number - one.number > _WAITING_PACKETS_MAX
+        return passed_s > _WAITING_MAX_S
 
     def incomplete(self) -> list[Gap]:
         """Return the fragments of incomplete datagrams."""
-        for key in list(self._waiting):
-            self._drop(key)
+        self._limit(self._waiting, 0)
         return self._lost
 
-    def _drop(self, key: bytes) -> None:
-        for offset, octets, _ in self._waiting.pop(key).pieces.values():
-            self._lost.append((offset, octets, "fragments of this datagram are missing"))
+    def _limit(self, known: dict[bytes, _Datagram], count: int) -> None:
+        while len(known) > count:
+            self._drop(known, next(iter(known)))
+
+    def _drop(self, known: dict[bytes, _Datagram], key: bytes) -> None:
+        pieces = known.pop(key).pieces.values()
+        for piece in pieces if known is self._waiting else ():
+            self._lose(piece)
+
+    def _lose(self, piece: tuple[int, int, bool]) -> None:
+        self._lost.append((*piece[:2], "fragments of this datagram are missing"))
+
+
+def _whole(waiting: _Datagram, raw: bytes) -> bytes | None:
+    """Return the octets of a datagram; None if fragments are missing."""
+    whole = b""
+    for at in sorted(waiting.pieces):
+        offset, octets, more = waiting.pieces[at]
+        if at != len(whole):
+            return None
+        whole += raw[offset : offset + octets]
+        if not more:
+            return whole
+    return None
+
+
+def _is_datagram(key: bytes, whole: bytes) -> bool:
+    """Return whether length and checksum are those of a UDP datagram (RFC 768)."""
+    if len(whole) < _UDP_OCTETS or int.from_bytes(whole[4:6], "big") != len(whole):
+        return False
+    if whole[6:8] == b"\0\0":
+        return True
+    # Addresses come first in a key, and are 4 or 16 octets each.
+    summed = key[: 8 if len(key) < _IPV6_OCTETS - 8 else 32] + whole + b"\0" * (len(whole) % 2)
+    total = sum(struct.unpack(f">{len(summed) // 2}H", summed)) + _UDP + len(whole)
+    return total % 0xFFFF == 0
 
 
 def _content(piece: tuple[int, int, bool], raw: bytes) -> tuple[bytes, bool]:
@@ -176,7 +208,7 @@ def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | N
         return Payload(begin + _UDP_OCTETS, octets, packet.received_s)
     piece = (begin, end - begin, carried.more)
     whole = fragments.add(carried.key, carried.place, piece, raw, packet.received_s)
-    if whole is None or len(whole[1]) <= _UDP_OCTETS:
+    if whole is None or len(whole[1]) == _UDP_OCTETS:
         return None
     offset, joined = whole
     return Payload(offset + _UDP_OCTETS, len(joined) - _UDP_OCTETS, packet.received_s, joined[8:])

@@ -20,6 +20,16 @@ def udp(payload: bytes) -> bytes:
     return struct.pack(">4H", 8600, 8600, len(payload) + 8, 0) + payload
 
 
+def checksummed(whole: bytes, version: int) -> bytes:
+    """Return a datagram between the addresses of the packets here, with a checksum."""
+    addresses = bytes([10, 0, 0, 1, 239, 0, 0, 1]) if version == 4 else bytes(range(32))
+    octets = addresses + struct.pack(">2H", 17, len(whole)) + whole + bytes(len(whole) % 2)
+    total = sum(int.from_bytes(octets[k : k + 2], "big") for k in range(0, len(octets), 2))
+    while total >> 16:
+        total = (total & 0xFFFF) + (total >> 16)
+    return whole[:6] + ((total ^ 0xFFFF) or 0xFFFF).to_bytes(2, "big") + whole[8:]
+
+
 def version_4(payload: bytes) -> bytes:
     return frame(udp(payload))[14:]
 
@@ -131,7 +141,7 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
 
 # Fragments of different datagrams with the same identification, each with its time of reception.
 _OLD, _NEW = udp(ONE * 4), udp(TWO * 5)
-_MISSING, _DUPLICATE = "fragments of this datagram are missing", "a duplicate fragment"
+_MISSING = "fragments of this datagram are missing"
 #: The half that arrived first, of which the other is lost.
 _FIRST, _SECOND = (_OLD, 0, 24), (_OLD, 24, len(_OLD))
 
@@ -168,8 +178,47 @@ def test_fragments_are_never_joined_with_a_later_datagram_of_the_same_identifica
 def test_fragments_of_up_to_30_s_and_repeated_ones_are_one_datagram(tmp_path: Path) -> None:
     first, second = _fragment(*_FIRST), _fragment(*_SECOND)
     blocks = read(tmp_path, pcap([(0.0, first), (1.0, first), (30.0, second)]))
-    assert cut(blocks) == [ONE] * 4
-    assert [(size, reason) for _, size, reason in blocks.gaps] == [(24, _DUPLICATE)]
+    assert (cut(blocks), blocks.gaps) == ([ONE] * 4, [])
+
+
+@pytest.mark.parametrize("order", ["f1 f1 f2 f2", "f1 f2 f1 f2", "f2 f2 f1 f1"])
+def test_fragments_that_a_mirror_repeats_are_framing(order: str, tmp_path: Path) -> None:
+    """The second copy of the last fragment became the end of the next datagram."""
+    packets = []
+    for whole in (_OLD, _NEW, udp(ONE * 6)):
+        parts = {"f1": _fragment(whole, 0, 24), "f2": _fragment(whole, 24, len(whole))}
+        packets += [(1.0, parts[name]) for name in order.split()]
+    blocks = read(tmp_path, pcap(packets))
+    assert (cut(blocks), blocks.gaps) == ([ONE] * 4 + [TWO] * 5 + [ONE] * 6, [])
+
+
+@pytest.mark.parametrize("lost", [0, 24])
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("version", [4, 6])
+@pytest.mark.parametrize("checked", [False, True])
+def test_a_fragment_of_a_previous_datagram_is_not_part_of_the_next_one(
+    lost: int, turned: bool, version: int, checked: bool, tmp_path: Path
+) -> None:
+    """Both have the same identification, and without checksums different lengths."""
+    own = north_mark(2.0) if checked else TWO
+    old, new = (
+        checksummed(udp(payload), version) if checked else udp(payload)
+        for payload in (ONE * 4, own * 4)
+    )
+    assert (len(old) == len(new)) == checked
+
+    def fragment(whole: bytes, place: int) -> bytes:
+        end = 24 if place == 0 else len(whole)
+        if version == 6:
+            return _fragment(whole, place, end)
+        return frame(whole[place:end], flags=place // 8 | (0x2000 if place == 0 else 0))
+
+    packets = [(1.0, fragment(old, 24 - lost))]
+    packets += [(2.0, fragment(new, place)) for place in ((24, 0) if turned else (0, 24))]
+    blocks = read(tmp_path, pcap(packets))
+    assert cut(blocks) == [own] * 4
+    (gap,) = blocks.gaps
+    assert gap[1:] == (24 if lost else len(old) - 24, _MISSING)
 
 
 @pytest.mark.parametrize(("between", "joined"), [(999, True), (1000, False)])
