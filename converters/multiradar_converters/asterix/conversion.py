@@ -151,7 +151,7 @@ def convert(
         findings.system_tracks = written.height
         if not findings.rows:
             findings.first_s, findings.last_s = extremes(written["time_s"].to_numpy())
-        reported = pl.concat(biases)
+        reported = reported_biases.in_order(biases)
         findings.biases = reported_biases.reported_biases(reported)
         findings.bias_rows = reported_biases.write(folder.path / REPORTED_BIASES_FILE, reported)
         skeleton = sensors_toml(names, findings)

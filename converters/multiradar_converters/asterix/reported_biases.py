@@ -142,6 +142,18 @@ def frame(
     return made
 
 
+def in_order(parts: Sequence[pl.DataFrame]) -> pl.DataFrame:
+    """Return the biases of all parts of a recording by time, without duplicates.
+
+    Parameters
+    ----------
+    parts : sequence of DataFrame
+        Columns of `SCHEMA`.
+    """
+    whole = pl.concat([pl.DataFrame(schema=SCHEMA), *parts])
+    return whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
+
+
 def write(path: Path, table: pl.DataFrame) -> int:
     """Write the table; return its rows. No file without rows."""
     if table.height:
@@ -149,13 +161,13 @@ def write(path: Path, table: pl.DataFrame) -> int:
     return table.height
 
 
-def reported_biases(table: pl.DataFrame | None) -> list[ReportedBias]:
+def reported_biases(table: pl.DataFrame) -> list[ReportedBias]:
     """Return what the reports say of each parameter, by processor, radar and parameter.
 
     Parameters
     ----------
-    table : DataFrame, optional
-        Columns of `SCHEMA`, in order of time; None where nothing is reported.
+    table : DataFrame
+        Columns of `SCHEMA`, in order of time.
 
     Returns
     -------
@@ -163,8 +175,6 @@ def reported_biases(table: pl.DataFrame | None) -> list[ReportedBias]:
         Gains and time offsets that are 0 in all reports are omitted: processors that do not
         estimate them report 0.
     """
-    if table is None:
-        return []
     last = pl.col("estimate").last()
     found = table.group_by("processor_id", "sensor_id", "parameter", maintain_order=True).agg(
         pl.len().alias("reports"),

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from importlib.metadata import version
 
 import numpy as np
-import polars as pl
 
 from multiradar_converters.aircraft_data.figures import DataFigures
 from multiradar_converters.asterix.decoding.editions import source_name
@@ -19,7 +18,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
     sensor_clocks,
 )
 from multiradar_converters.asterix.decoding.targets import SURFACE
-from multiradar_converters.asterix.reported_biases import reported_biases
+from multiradar_converters.asterix.reported_biases import in_order, reported_biases
 from multiradar_converters.inspection.sensor_figures import GAPS_MAX, SECTORS, SensorFigures
 from multiradar_converters.inspection.survey import SensorKey, Survey
 from multiradar_converters.scan_period import preferred_period
@@ -162,7 +161,7 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
         system_tracks=survey.system_tracks,
         reported_biases=[
             InspectedBias(**dataclasses.asdict(one))
-            for one in reported_biases(pl.concat(survey.reported) if survey.reported else None)
+            for one in reported_biases(in_order(survey.reported))
         ],
         sensors=sensors,
         sensors_toml=sensors_text(

@@ -31,17 +31,19 @@ def status(
     return record(*sorted([*items, *others.values()]))
 
 
+def block_of_status(k: int) -> bytes:
+    """Write statuses of the radars 20/130 and 20/131."""
+    return block(
+        63,
+        status(BEGIN_S + 4.0 * k, "1482", 6 - (k < 2), -28),
+        status(BEGIN_S + 4.0 * k, "1483", -4, 9, clock=(6, "0032"), primary=(9, "00140002")),
+    )
+
+
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
     """Write plots of the radar 20/130, and statuses of it and of 20/131 over midnight."""
-    rows = [
-        block(
-            63,
-            status(BEGIN_S + 4.0 * k, "1482", 6 - (k < 2), -28),
-            status(BEGIN_S + 4.0 * k, "1483", -4, 9, clock=(6, "0032"), primary=(9, "00140002")),
-        )
-        for k in range(4)
-    ]
+    rows = [block_of_status(k) for k in range(4)]
     plots = [
         block(48, plot_048((BEGIN_S + 4.0 * k) % 86_400, azimuth_deg=90.0 + k)) for k in range(4)
     ]
@@ -93,6 +95,27 @@ def test_reported_biases_are_figures_of_the_report_and_of_an_inspection(
     assert of(inspected, "20-130")["range_offset_m"]["estimate"] == own["estimate"]
     assert run(["inspect", str(recording)]) == EXIT_DONE
     assert "Biases reported by another tracker (063)" in capsys.readouterr().out
+
+
+def test_biases_in_the_files_of_two_recorders_count_once_in_order_of_time(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second file contains the first two reports of the first one."""
+    second = recording.with_name("second.ast")
+    second.write_bytes(recording.read_bytes()[: recording.read_bytes().find(block_of_status(2))])
+    out, files = recording.parent / "converted", [str(recording), str(second)]
+    assert run(["convert", "asterix", *files, "--out", str(out)]) == EXIT_DONE
+    capsys.readouterr()
+    assert run(["inspect", *files, "--json"]) == EXIT_DONE
+    for found in (
+        json.loads((out / "report.json").read_text())["figures"]["reported_biases"],
+        json.loads(capsys.readouterr().out)["reported_biases"],
+    ):
+        own = of(found, "20-130")["range_offset_m"]
+        assert (own["estimate"], own["reports"]) == (6 * RANGE_BIT_M, 4)
+    table = pl.read_parquet(out / "reported_biases.parquet")
+    assert table.height == 36
+    assert table["time_s"].is_sorted()
 
 
 def test_reported_biases_are_offered_as_priors(
