@@ -4,12 +4,14 @@
 pcap       header of 24 octets (magic number, link type in the last four), then packets: seconds,
            fraction (µs or ns), octets kept, octets sent; either byte order
 pcapng     blocks: type, length, body, length; type 1 is an interface, 6 an enhanced packet, 2 an
-           older one, 3 a simple one, which has no time
+           older one, 3 a simple one, which has no time; times are in steps (option 9 of the
+           interface: powers of 10 or 2, else 1 µs) after its offset in seconds (option 14)
 =========  ======================================================================================
 """
 
 import math
 import struct
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +38,18 @@ _PCAPNG = b"\x0a\x0d\x0d\x0a"
 _LITTLE_ENDIAN = b"\x4d\x3c\x2b\x1a"
 #: Reason of a gap at the end of a capture inside a packet.
 CUT_PACKET = "a packet is truncated"
+_NO_INTERFACE = "a packet without an interface description block"
+_TOO_LONG = "a packet that does not fit into its block"
 _INTERFACE, _OLD_PACKET, _SIMPLE_PACKET, _PACKET = 1, 2, 3, 6
+
+
+@dataclass(frozen=True)
+class _Interface:
+    """Link type, time resolution, s, and time added to all times, s."""
+
+    link: int
+    step_s: float
+    offset_s: int
 
 
 def is_capture(data: NDArray[np.uint8]) -> bool:
@@ -172,7 +185,7 @@ def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
 
 def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     packets: list[Packet] = []
-    links: list[tuple[int, float]] = []
+    links: list[_Interface] = []
     gaps: list[Gap] = []
     order = "<"
     at = 0
@@ -184,11 +197,11 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
             break
         body = raw[at + 8 : at + length - 4]
         if kind == _INTERFACE and len(body) >= 8:
-            links.append((struct.unpack_from(f"{order}H", body)[0], _resolution(body[8:], order)))
+            links.append(_interface(body, order))
         elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
             packet = _packet(body, kind, at + 8, order, links)
-            if packet is None:
-                gaps.append((at + 8, len(body), "a packet without an interface description block"))
+            if isinstance(packet, str):
+                gaps.append((at + 8, len(body), packet))
             else:
                 packets.append(packet)
         at += length
@@ -198,32 +211,38 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
 
 
 def _packet(
-    body: bytes, kind: int, begin: int, order: str, links: list[tuple[int, float]]
-) -> Packet | None:
-    """Read the block of a packet; None if its interface is unknown or it is too short."""
+    body: bytes, kind: int, begin: int, order: str, links: list[_Interface]
+) -> Packet | str:
+    """Read the block of a packet; return why it cannot be read."""
+    if len(body) < (4 if kind == _SIMPLE_PACKET else 20):
+        return _TOO_LONG
     if kind == _SIMPLE_PACKET:
-        if len(body) < 4 or not links:
-            return None
+        if not links:
+            return _NO_INTERFACE
         (sent,) = struct.unpack_from(f"{order}I", body)
-        return Packet(begin + 4, min(sent, len(body) - 4), math.nan, links[0][0])
-    if len(body) < 20:
-        return None
+        return Packet(begin + 4, min(sent, len(body) - 4), math.nan, links[0].link)
     number, high, low, kept = struct.unpack_from(f"{order}4I", body)
     if kind == _OLD_PACKET:
         (number,) = struct.unpack_from(f"{order}H", body)
-    if number >= len(links) or kept > len(body) - 20:
-        return None
-    link, step = links[number]
-    return Packet(begin + 20, kept, (high << 32 | low) * step, link)
+    if number >= len(links):
+        return _NO_INTERFACE
+    if kept > len(body) - 20:
+        return _TOO_LONG
+    one = links[number]
+    received_s = one.offset_s + (high << 32 | low) * one.step_s
+    return Packet(begin + 20, kept, received_s, one.link)
 
 
-def _resolution(options: bytes, order: str) -> float:
-    """Return the time resolution of an interface, s: option 9, else 1 µs."""
-    at = 0
-    while at + 4 <= len(options):
-        code, length = struct.unpack_from(f"{order}2H", options, at)
-        if code == 9 and length == 1 and at + 4 < len(options):
-            power = options[at + 4]
-            return float(2.0 ** -(power & 0x7F) if power & 0x80 else 10.0**-power)
+def _interface(body: bytes, order: str) -> _Interface:
+    """Read the block of an interface: time resolution (option 9) and time offset (option 14)."""
+    (link,) = struct.unpack_from(f"{order}H", body)
+    step_s, offset_s, at = 1e-6, 0, 8
+    while at + 4 <= len(body):
+        code, length = struct.unpack_from(f"{order}2H", body, at)
+        value = body[at + 4 : at + 4 + length]
+        if code == 9 and length == len(value) == 1:
+            step_s = 2.0 ** -(value[0] & 0x7F) if value[0] & 0x80 else 10.0 ** -value[0]
+        elif code == 14 and length == len(value) == 8:
+            (offset_s,) = struct.unpack(f"{order}q", value)
         at += 4 + -(-length // 4) * 4
-    return 1e-6
+    return _Interface(link, step_s, offset_s)

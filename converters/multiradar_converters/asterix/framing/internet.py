@@ -1,8 +1,8 @@
 """Link-layer packets, and UDP datagrams over IP.
 
 =====  ==========================================================================================
-links  Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (12, 14, 101, 228, 229), Linux cooked
-       (113, 276), loopback of BSD (0, 108)
+links  Ethernet (1) with VLAN tags (0x8100, 0x88A8, 0x9100), raw IP (12, 14, 101, 228, 229), Linux
+       cooked (113, 276), loopback of BSD (0, 108)
 IP     versions 4 and 6; fragments of a datagram are reassembled by source, destination and
        identification, which recurs: after 30 s, or 1000 packets without times, and from a
        different fragment at the same offset on, they belong to another datagram, as they do if
@@ -23,7 +23,7 @@ LINKS = {
     **dict.fromkeys((0, 108), (4, None)),
     **dict.fromkeys((12, 14, 101, 228, 229), (0, None)),
 }
-_VLAN = (0x8100, 0x88A8)
+_VLAN = (0x8100, 0x88A8, 0x9100)
 _IP = (0x0800, 0x86DD)
 _IPV6_OCTETS, _IPV6_FRAGMENT, _FRAGMENT_OCTETS = 40, 44, 8
 _UDP = 17
@@ -156,7 +156,7 @@ def _is_datagram(key: bytes, whole: bytes) -> bool:
         return True
     # Addresses come first in a key, and are 4 or 16 octets each.
     summed = key[: 8 if len(key) < _IPV6_OCTETS - 8 else 32] + whole + b"\0" * (len(whole) % 2)
-    total = sum(struct.unpack(f">{len(summed) // 2}H", summed)) + _UDP + len(whole)
+    total: int = sum(struct.unpack(f">{len(summed) // 2}H", summed)) + _UDP + len(whole)
     return total % 0xFFFF == 0
 
 

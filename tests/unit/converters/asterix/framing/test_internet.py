@@ -65,6 +65,7 @@ def cut(blocks: Blocks) -> list[bytes]:
 LINKS: dict[str, tuple[int, Callable[[bytes], bytes]]] = {
     "ethernet": (1, lambda b: ethernet(version_4(b))),
     "one tag": (1, lambda b: ethernet(version_4(b), tags="8100 0005")),
+    "old tag": (1, lambda b: ethernet(version_4(b), tags="9100 0005 8100 0006")),
     "two tags": (1, lambda b: ethernet(version_4(b), tags="88a8 0005 8100 0006")),
     "version 6": (1, lambda b: ethernet(version_6(udp(b)), "86dd")),
     "raw": (101, version_4),
@@ -126,6 +127,7 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
         (6, struct.pack("<I", 0) + microseconds + sizes + packet),
         (6, struct.pack("<I", 1) + microseconds + sizes + packet),
         (6, struct.pack("<I", 2) + microseconds + sizes + packet),
+        (6, struct.pack("<I", 0) + microseconds + struct.pack("<II", 999, 999) + packet),
         (3, b"\x01"),
     )
     blocks = read(tmp_path, whole)
@@ -135,8 +137,21 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
     assert others == [2.0, 2.0]
     assert [reason for *_, reason in blocks.gaps] == [
         "a packet without an interface description block",
+        "a packet that does not fit into its block",
         "link type 147 is unknown",
     ]
+
+
+def test_the_time_offset_of_an_interface_is_added(tmp_path: Path) -> None:
+    packet = datagram(ONE)
+    options = struct.pack("<2HB3x", 9, 1, 3) + struct.pack("<2Hq", 14, 8, 1_500_000_000)
+    options += struct.pack("<2H", 0, 0)
+    sizes = struct.pack("<II", len(packet), len(packet))
+    whole = pcapng(
+        (1, struct.pack("<HHI", 1, 0, 0) + options),
+        (6, struct.pack("<3I", 0, 0, 2_500) + sizes + packet),
+    )
+    assert read(tmp_path, whole).received_s.tolist() == [1_500_000_002.5]
 
 
 # Fragments of different datagrams with the same identification, each with its time of reception.
