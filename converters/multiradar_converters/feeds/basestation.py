@@ -26,13 +26,12 @@ field   content, from 1
 A position has no callsign, code or speed; these are those of the last messages of the aircraft.
 """
 
-import datetime as dt
 import re
 from dataclasses import dataclass, field
 
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.feeds.aircraft import Aircraft
-from multiradar_converters.vid.text.lines import RejectedError
+from multiradar_converters.vid.text.lines import RejectedError, unix_seconds
 from multiradar_schemas.reject import RejectCode
 
 #: The beginning of a line.
@@ -46,7 +45,6 @@ _SURFACE = "2"
 _MOMENT = re.compile(r"(\d{4})/(\d{1,2})/(\d{1,2}) (\d{1,2}):(\d{2}):(\d{2})(?:\.(\d{1,6}))?")
 _ADDRESS = re.compile(r"[0-9A-Fa-f]{6}")
 _GROUND = {"-1": "true", "1": "true", "0": "false"}
-_EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 #: Role, field from 0, and how long it is valid.
 _RETAINED = (
     (roles.CALLSIGN, 10, LASTING_S),
@@ -143,12 +141,11 @@ def _time_s(fields: list[str]) -> float:
     if match is None:
         reason = f"date and time: expected 2008/11/28,14:53:50.594, was {text[:40]!r}"
         raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
-    year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
     try:
-        moment = dt.datetime(year, month, day, hour, minute, second, tzinfo=dt.UTC)
+        whole = unix_seconds(match.groups()[:6])
     except ValueError as error:
         reason = f"date and time: expected a valid date and time, was {text!r}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
     digits = match[7] or "0"
     fraction: float = int(digits) / 10 ** len(digits)
-    return (moment - _EPOCH).total_seconds() + fraction
+    return whole + fraction

@@ -1,6 +1,5 @@
 """Reference parsing of a record; it must equal the compiled form and explains rejects."""
 
-import datetime as dt
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -21,7 +20,7 @@ from multiradar_converters.adsb.reading.time_forms import (
     TimeForm,
     of_day,
 )
-from multiradar_converters.vid.text.lines import RejectedError, form_hint
+from multiradar_converters.vid.text.lines import RejectedError, form_hint, unix_seconds
 from multiradar_schemas.measurements.measurement import (
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
@@ -43,7 +42,6 @@ _ADDRESS = re.compile(r"[0-9A-Fa-f]{6}")
 _CALLSIGN = re.compile(r"[0-9A-Za-z]{1,8}")
 _TRUTH = {"1": 1, "0": 0, "true": 1, "True": 1, "false": 0, "False": 0}
 _GROUND = "ground"
-_EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
 #: Kinds of report, by number; only traces contain them.
 KINDS = ("adsb", "mlat")
@@ -217,14 +215,12 @@ def _moment(text: str, name: str) -> float:
     if match is None:
         reason = f"{name}: expected an ISO 8601 date and time, was {text[:40]!r}"
         raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
-    year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
     fraction, sign, offset_hour, offset_minute = match.groups()[6:]
     try:
-        moment = dt.datetime(year, month, day, hour, minute, second, tzinfo=dt.UTC)
+        whole = unix_seconds(match.groups()[:6])
     except ValueError as error:
         reason = f"{name}: expected a valid date and time, was {text!r}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
-    whole = round((moment - _EPOCH).total_seconds())
     if sign is not None:
         offset = int(offset_hour) * 3600 + int(offset_minute) * 60
         whole += offset if sign == "-" else -offset

@@ -2,6 +2,7 @@
 
 import datetime as dt
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -252,22 +253,38 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
     return value
 
 
+def unix_seconds(parts: Iterable[str | bytes]) -> int:
+    """Return the Unix time of a date and time, UTC, s; second 60, a leap second, is the next one.
+
+    Parameters
+    ----------
+    parts : iterable of str or bytes
+        Year, month, day, hour, minute and second, in digits.
+
+    Raises
+    ------
+    ValueError
+        There is no such date and time.
+    """
+    year, month, day, hour, minute, second = map(int, parts)
+    dt.time(hour, minute, min(second, 59))
+    if second > 60:
+        raise ValueError(second)
+    days = (dt.date(year, month, day) - _EPOCH).days
+    return days * 86_400 + hour * 3600 + minute * 60 + second
+
+
 def _iso_time(text: bytes, name: str) -> float:
     match = _ISO_TIME.fullmatch(text)
     if match is None:
         reason = f"{name}: expected an ISO 8601 date and time, was {_shown(text)}"
         raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
-    year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
     fraction, sign, offset_hour, offset_minute = match.groups()[6:]
     try:
-        days = (dt.date(year, month, day) - _EPOCH).days
-        dt.time(hour, minute, min(second, 59))
-    except ValueError:
-        days = None
-    if days is None or second > 60:
+        whole = unix_seconds(match.groups()[:6])
+    except ValueError as error:
         reason = f"{name}: no such date and time: {_shown(text)}"
-        raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
-    whole = days * 86_400 + hour * 3600 + minute * 60 + second
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
     if sign is not None:
         offset = int(offset_hour) * 3600 + int(offset_minute) * 60
         whole += offset if sign == b"-" else -offset

@@ -33,6 +33,20 @@ def evaluated(role: int, value: float) -> tuple[bool, str | None]:
 
 
 @pytest.mark.parametrize(
+    ("text", "second"),
+    [("23:59:60", 0.0), ("23:59:60.5Z", 0.5), ("23:59:59", -1.0), ("22:59:60-01:00", 0.0)],
+)
+def test_a_leap_second_is_read(text: str, second: float) -> None:
+    assert plain._moment(f"2016-12-31T{text}", "time") == 1_483_228_800.0 + second
+
+
+@pytest.mark.parametrize("text", ["23:59:61", "24:00:00", "23:60:00"])
+def test_other_times_of_day_do_not_exist(text: str) -> None:
+    with pytest.raises(RejectedError, match="expected a valid date and time"):
+        plain._moment(f"2016-12-31T{text}", "time")
+
+
+@pytest.mark.parametrize(
     ("role", "low", "high"),
     [
         (roles.LATITUDE, -90.0, 90.0),
