@@ -13,12 +13,11 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.inspection.asterix_input import DETAILED_OCTETS_MAX, inspect_asterix
 from multiradar_converters.inspection.survey import Survey
 from multiradar_converters.inspection.text_inputs import inspect_adsb, inspect_dump
-from multiradar_schemas.documents.contents import DUMP, MEASUREMENTS, content
+from multiradar_schemas.documents.contents import DUMP, GZIP, MEASUREMENTS, PACKED, content
 
 _HEAD = 4096
-_GZIP = b"\x1f\x8b"
 #: Contents that a recording may have; its reader has more to say of these.
-_RECORDED = (DUMP, "JSON", "Parquet", "a gzip file", "an empty file")
+_RECORDED = (DUMP, "JSON", "Parquet", *(form for _, form in PACKED), "an empty file")
 #: In any encoding of text; DEL and the other control characters are not.
 _TEXT = frozenset(b"\t\n\r") | frozenset(range(0x20, 0x100)) - {0x7F}
 _BOM = b"\xef\xbb\xbf"
@@ -100,7 +99,7 @@ def recording_kind(path: Path) -> str:
     if not head:
         msg = f"{path}: the file is empty"
         raise LayoutError(msg)
-    packed = head.startswith(_GZIP)
+    packed = head.startswith(GZIP)
     text = _unpacked(head) if packed else head
     if not _is_text(text):
         # The reader of ASTERIX rejects compressed files.

@@ -39,9 +39,20 @@ _TABLES = (
     ({"tracking", "server", "runtime", "journal", "zenoh", "http", "feeds"}, SETTINGS),
     ({"files", "columns", "units"}, PROFILE),
 )
-#: The first octets of files that are not text.
-_OCTETS = ((b"PAR1", "Parquet"), (b"\x1f\x8b", "a gzip file"), (b"PK\x03\x04", "a zip archive"),
-           (b"SQLite format 3", "an SQLite database"))  # fmt: skip
+#: The first octets of a gzip file.
+GZIP = b"\x1f\x8b"
+ZIP_ARCHIVE = "a ZIP archive"
+#: The first octets of packed files, and what they are.
+PACKED = (
+    (GZIP, "a gzip file"),
+    (b"PK\x03\x04", ZIP_ARCHIVE),
+    (b"BZh", "a bzip2 file"),
+    (b"\xfd7zXZ", "an xz file"),
+    (b"\x28\xb5\x2f\xfd", "a Zstandard file"),
+    (b"7z\xbc\xaf", "a 7-Zip archive"),
+)
+#: The same for other files that are not text.
+_OCTETS = ((b"PAR1", "Parquet"), (b"SQLite format 3", "an SQLite database"))
 #: Larger texts are neither reports nor configurations, octets.
 _TEXT_MAX = 1 << 20
 
@@ -115,8 +126,17 @@ def content(path: Path) -> str | None:
             octets = file.read(_TEXT_MAX)
     except OSError:
         return None
-    found = next((what for start, what in _OCTETS if octets.startswith(start)), None)
+    found = packed_form(octets) or _form_of(octets, _OCTETS)
     return (_of_parquet(path) or found) if found == "Parquet" else found or _of_text(octets)
+
+
+def packed_form(octets: bytes) -> str | None:
+    """Return what a packed file is by its first octets, such as "a gzip file"; None for others."""
+    return _form_of(octets, PACKED)
+
+
+def _form_of(octets: bytes, forms: Collection[tuple[bytes, str]]) -> str | None:
+    return next((what for start, what in forms if octets.startswith(start)), None)
 
 
 def table_content(columns: Collection[str]) -> str | None:

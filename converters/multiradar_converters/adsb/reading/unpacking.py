@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from multiradar_converters.errors import LayoutError
+from multiradar_schemas.documents.contents import GZIP, packed_form
 
 #: Text read at a time, bytes.
 BLOCK_BYTES = 1 << 20
@@ -21,18 +22,9 @@ EXPANSION_MAX = 100
 EXPANSION_FREE_BYTES = 1 << 26
 
 _READ_BYTES = 1 << 18
-_GZIP = b"\x1f\x8b"
 _WINDOW_OF_GZIP = 31
-# Other compression formats by their first octets, for messages.
-_OTHERS = {
-    b"\x28\xb5\x2f\xfd": "Zstandard",
-    b"BZh": "bzip2",
-    b"\xfd7zXZ": "xz",
-    b"PK\x03\x04": "zip",
-    b"PAR1": "Parquet",
-    b"\xff\xfe": "UTF-16",
-    b"\xfe\xff": "UTF-16",
-}
+# Other forms that are not packed, by their first octets, for messages.
+_OTHERS = {b"PAR1": "Parquet", b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 
 
 @dataclass
@@ -84,7 +76,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
             first = file.read(_READ_BYTES)
             _reject_other_formats(path, first)
             chunks = _chunks(first, file.read, unpacked, progress)
-            blocks = _unzipped(chunks, unpacked) if first.startswith(_GZIP) else chunks
+            blocks = _unzipped(chunks, unpacked) if first.startswith(GZIP) else chunks
             for block in blocks:
                 unpacked.text_bytes += len(block)
                 yield block
@@ -94,10 +86,12 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
 
 
 def _reject_other_formats(path: Path, first: bytes) -> None:
-    for mark, name in _OTHERS.items():
-        if first.startswith(mark):
-            msg = f"{path}: expected JSON or CSV, plain or gzip-compressed, was {name}"
-            raise LayoutError(msg)
+    if first.startswith(GZIP):
+        return
+    found = packed_form(first) or _OTHERS.get(first[:4]) or _OTHERS.get(first[:2])
+    if found is not None:
+        msg = f"{path}: expected JSON or CSV, plain or gzip-compressed, was {found}"
+        raise LayoutError(msg)
 
 
 def _chunks(

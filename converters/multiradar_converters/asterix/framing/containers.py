@@ -38,8 +38,6 @@ from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.program import catalogue
 from multiradar_converters.errors import LayoutError
 
-# Not a block: category 031 is unknown, and no block begins with such a length.
-_GZIP = b"\x1f\x8b\x08"
 #: Octets of the header of a `.gps` recording, and of the trailer of each of its blocks.
 GPS_HEADER, GPS_TRAILER = 2200, 10
 _HEADER_OCTET = 0xCD
@@ -271,9 +269,6 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
     except OSError as error:
         msg = f"{path}: cannot be read: {error.strerror}"
         raise LayoutError(msg) from error
-    if not offset and data[:3].tobytes() == _GZIP:
-        msg = f"{path}: the recording is gzip-compressed; decompress it first"
-        raise LayoutError(msg)
     damage = "" if offset else damage_of(data)
     if damage:
         msg = f"{path}: expected ASTERIX blocks, found {damage}"

@@ -1,4 +1,4 @@
-"""Binary files that were written or transferred as text.
+"""Files that are packed, and binary files that were written or transferred as text.
 
 A block starts with a category and the two octets of its length, the first of which is mostly zero:
 no recording consists of printable characters only.
@@ -6,6 +6,8 @@ no recording consists of printable characters only.
 
 import numpy as np
 from numpy.typing import NDArray
+
+from multiradar_schemas.documents.contents import packed_form
 
 #: Octets at the start that are examined as text, and as UTF-8.
 _HEAD = 4096
@@ -31,8 +33,9 @@ def damage_of(data: NDArray[np.uint8]) -> str:
         if all(one in _HEX for one in head):
             return "hexadecimal text; convert it to binary (`xxd -r -p`)"
         return "text"
-    if head[:4] == b"PAR1":
-        return "a Parquet table, which is already converted"
+    other = _other_form(head)
+    if other:
+        return other
     feeds = np.flatnonzero(data == _LINE_FEED)
     if len(feeds) >= _LINES_MIN and feeds[0] > 0 and (data[feeds - 1] == _RETURN).all():
         return (
@@ -45,6 +48,14 @@ def damage_of(data: NDArray[np.uint8]) -> str:
             "original again"
         )
     return ""
+
+
+def _other_form(head: bytes) -> str:
+    if head[:4] == b"PAR1":
+        return "a Parquet table, which is already converted"
+    # As blocks, packed files would begin with one of a length of at least 14 000 octets.
+    packed = packed_form(head)
+    return f"{packed}; decompress it first" if packed is not None else ""
 
 
 def _is_utf_8(head: bytes) -> bool:

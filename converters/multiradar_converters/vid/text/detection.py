@@ -25,6 +25,7 @@ from multiradar_converters.vid.text.layout import (
     TimeForm,
 )
 from multiradar_converters.vid.text.lines import RejectedError, Row, parse_line, split_columns
+from multiradar_schemas.documents.contents import ZIP_ARCHIVE, packed_form
 
 #: Bytes of a file from which its layout is detected.
 HEAD_BYTES = 1 << 18
@@ -38,17 +39,6 @@ _TRIAL_LINES = 200
 _PAIR = re.compile(rb"[^=\s;]+=")
 _WORD_BREAKS = re.compile(r"[\s;,=]+")
 
-#: The first octets of a file compressed with gzip.
-GZIP_MAGIC = b"\x1f\x8b"
-#: First bytes of other files, what they are, and what to do.
-_ARCHIVES = {
-    b"PK\x03\x04": ("a ZIP archive or a spreadsheet", "extract it, or export the table as text"),
-    b"BZh": ("a bzip2 archive", "extract it"),
-    b"\xfd7zXZ": ("an xz archive", "extract it"),
-    b"\x28\xb5\x2f\xfd": ("a Zstandard archive", "extract it"),
-    b"7z\xbc\xaf": ("a 7-Zip archive", "extract it"),
-    b"PAR1": ("a Parquet table", "which is already converted"),
-}
 #: Maximum lines before the header.
 _LEADING_LINES_MAX = 10
 
@@ -84,11 +74,7 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     """
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
-    if head.startswith(GZIP_MAGIC):
-        raise LayoutError(f"{path.name} is gzip-compressed; decompress it first")
-    for magic, (what, remedy) in _ARCHIVES.items():
-        if head.startswith(magic):
-            raise LayoutError(f"{path.name}: expected text, found {what}; {remedy}")
+    _check_unpacked(path, head)
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR
@@ -129,6 +115,18 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
         scale=profile.units.scale(),
     )
     return with_times(layout, _time_form(layout, head) if profile.time == "auto" else profile.time)
+
+
+def _check_unpacked(path: Path, head: bytes) -> None:
+    found = packed_form(head)
+    if head.startswith(b"PAR1"):
+        found = "a Parquet table, which is already converted"
+    elif found == ZIP_ARCHIVE:
+        found += " or a spreadsheet; extract it, or export the table as text"
+    elif found is not None:
+        found += "; extract it"
+    if found is not None:
+        raise LayoutError(f"{path.name}: expected text, found {found}")
 
 
 def _check_text(path: Path, head: bytes) -> None:

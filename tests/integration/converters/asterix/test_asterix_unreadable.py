@@ -102,13 +102,15 @@ def test_a_missing_file_is_reported_and_leaves_nothing(
         # The same octets in every process that collects this.
         (
             gzip.compress(block(48, plot_048(1.0)), mtime=0),
-            "is gzip-compressed; decompress it first",
+            "expected ASTERIX blocks, found a gzip file; decompress it first",
         ),
+        (b"7z\xbc\xaf\x27\x1c" + bytes(99), "found a 7-Zip archive; decompress it first"),
+        (b"\x28\xb5\x2f\xfd" + bytes(99), "found a Zstandard file; decompress it first"),
         (b"These are no blocks. " * 99, "expected ASTERIX blocks, found text"),
         (b"", "no ASTERIX blocks found"),
         (b"\xcd" * 2200, "no ASTERIX blocks found"),
     ],
-    ids=["packed", "text", "empty", "header"],
+    ids=["packed", "7-Zip", "Zstandard", "text", "empty", "header"],
 )
 def test_a_foreign_file_is_reported_and_leaves_nothing(
     tmp_path: Path, content: bytes, sentence: str, capsys: pytest.CaptureFixture[str]

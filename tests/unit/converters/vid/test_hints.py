@@ -54,7 +54,8 @@ def test_a_code_or_an_address_of_a_spreadsheet_is_explained(
     ("octets", "what"),
     [
         (b"PK\x03\x04" + b"0" * 50, "found a ZIP archive or a spreadsheet; extract it, or export"),
-        (b"BZh9" + b"0" * 50, "found a bzip2 archive"),
+        (b"BZh9" + b"0" * 50, "found a bzip2 file; extract it"),
+        (b"7z\xbc\xaf" + b"0" * 50, "found a 7-Zip archive; extract it"),
         (b"PAR1" + b"0" * 50, "found a Parquet table"),
     ],
 )
