@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import structlog
 
@@ -10,6 +11,7 @@ from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import DatagramSource
+from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.live.reception import LiveDecoder, warm_up
 
@@ -40,6 +42,8 @@ class AsterixGateway:
         Limits of decoding.
     clock : Clock, optional
         Time of reception.
+    threads : Threads, optional
+        Runs what listens and decodes; threads of the system by default.
 
     Attributes
     ----------
@@ -57,21 +61,32 @@ class AsterixGateway:
         queue: DatagramQueue,
         bounds: InletBounds | None = None,
         clock: Clock | None = None,
+        threads: Threads | None = None,
     ) -> None:
         self._open_sources = tuple(sources)
         self._sources: list[DatagramSource] = []
         self._queue = queue
         self._clock = clock or SystemClock()
+        self._threads = threads or SystemThreads()
         self._stopping = threading.Event()
-        self._listening: list[threading.Thread] = []
-        self._decoding: threading.Thread | None = None
+        self._listening: list[Thread] = []
+        self._decoding: Thread | None = None
+        # Datagrams by listener, and those whose internal error is logged.
+        self._received = [0] * len(labels)
+        self._failed: set[int] = set()
         self.counts = AsterixCounts(labels)
         self.counts.waiting = lambda: (len(queue), queue.octets)
         self.counts.lost_by_system = self._lost
         self.counts.endpoint = self._endpoint
         self.counts.status = self._status
         self._inlet = AsterixInlet(
-            queue, decoder, sink, self.counts, bounds or InletBounds(), can_wait=self._can_wait
+            queue,
+            decoder,
+            sink,
+            self.counts,
+            bounds or InletBounds(),
+            can_wait=self._can_wait,
+            threads=self._threads,
         )
 
     @property
@@ -87,22 +102,27 @@ class AsterixGateway:
         ConfigurationError
             If a port cannot be opened.
         """
-        for open_source in self._open_sources:
-            self._sources.append(open_source())
+        self.open()
         self._listening = [
-            threading.Thread(target=self._listen, args=(k,), name=f"asterix-{label}", daemon=True)
+            self._threads.start(partial(self._listen, k), f"asterix-{label}")
             for k, label in enumerate(self.counts.labels)
         ]
-        for thread in self._listening:
-            thread.start()
+
+    def open(self) -> None:
+        """Open the ports without listening: the caller calls `receive`.
+
+        Raises
+        ------
+        ConfigurationError
+            If a port cannot be opened.
+        """
+        for open_source in self._open_sources:
+            self._sources.append(open_source())
 
     def begin(self) -> None:
         """Submit queued and further datagrams: the service accepts measurements."""
         warm_up()
-        self._decoding = threading.Thread(
-            target=self._inlet.run, name="asterix-decoder", daemon=True
-        )
-        self._decoding.start()
+        self._decoding = self._threads.start(self._inlet.run, "asterix-decoder")
 
     def stop(self) -> None:
         """Stop listening, submit what was received, close the ports; may be called twice."""
@@ -116,33 +136,37 @@ class AsterixGateway:
         for source in self._sources:
             source.close()
 
+    def receive(self, listener: int) -> None:
+        """Wait a moment for the next datagram of a listener, by index; queue or drop it."""
+        source = self._sources[listener]
+        try:
+            octets = source.receive()
+        except Exception as error:
+            # Counted and tried again: the network may come back.
+            if not (listener in self._failed or isinstance(error, OSError)):
+                self._failed.add(listener)
+                label = self.counts.labels[listener]
+                _log.error("asterix_listener_failed", listener=label, exc_info=error)
+            self.counts.add(listener, receive_faults=1)
+            self._stopping.wait(FAULT_PAUSE_S)
+            return
+        if octets is None:
+            return
+        self._received[listener] += 1
+        number, size = self._received[listener], len(octets)
+        received = Received(listener, number, self._clock.now_s(), octets, source.sender)
+        if self._queue.put(received) or self._put_later(received):
+            self.counts.add(listener, datagrams=1, octets=size)
+        else:
+            self.counts.add(
+                listener, datagrams=1, octets=size, datagrams_dropped=1, octets_dropped=size
+            )
+
     # ---------------------------------------------------------------- inside
 
     def _listen(self, listener: int) -> None:
-        source, number, known = self._sources[listener], 0, False
         while not self._stopping.is_set():
-            try:
-                octets = source.receive()
-            except Exception as error:
-                # Counted and tried again: the network may come back.
-                if not (known or isinstance(error, OSError)):
-                    known = True
-                    label = self.counts.labels[listener]
-                    _log.error("asterix_listener_failed", listener=label, exc_info=error)
-                self.counts.add(listener, receive_faults=1)
-                self._stopping.wait(FAULT_PAUSE_S)
-                continue
-            if octets is None:
-                continue
-            number += 1
-            size = len(octets)
-            received = Received(listener, number, self._clock.now_s(), octets, source.sender)
-            if self._queue.put(received) or self._put_later(received):
-                self.counts.add(listener, datagrams=1, octets=size)
-            else:
-                self.counts.add(
-                    listener, datagrams=1, octets=size, datagrams_dropped=1, octets_dropped=size
-                )
+            self.receive(listener)
 
     # A sender that can wait is not read from until there is room, or nothing that takes it.
     def _put_later(self, received: Received) -> bool:

@@ -126,7 +126,8 @@ class VirtualDisk:
         self.failing_syncs = self._failing_reads = 0
         #: Whether a read may fail: only then the layer sees them.
         self.watches_reads = False
-        self.faulted = False
+        #: Kinds of faults that have occurred.
+        self.faulted: set[str] = set()
         for name, content in image.items():
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
@@ -199,7 +200,7 @@ class VirtualDisk:
         """Return whether this read fails."""
         if self.failing_reads:
             self.failing_reads -= 1
-            self.faulted = True
+            self.faulted.add("failing_reads")
             return True
         return False
 
@@ -218,7 +219,7 @@ class VirtualDisk:
         if self.dead:
             return IOERR
         if self.full and octets is not None:
-            self.faulted = True
+            self.faulted.add("full")
             return FULL
         self._files[name].pending.append((place, octets))
         return 0
@@ -232,7 +233,7 @@ class VirtualDisk:
         content = self._files[name]
         if self.failing_syncs:
             self.failing_syncs -= 1
-            self.faulted = True
+            self.faulted.add("failing_syncs")
             # The system loses what it could not write, and later syncs do not write it.
             self._write_some(content)
             return IOERR_FSYNC

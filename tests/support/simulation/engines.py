@@ -1,5 +1,6 @@
 """An engine that fails on request: once, or always with a certain measurement."""
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -19,8 +20,12 @@ class Tampering:
         self.error: Exception | None = None
         #: Whether a call has raised it, since the process was started.
         self.raised = False
+        #: Called then.
+        self.on_error: Callable[[], None] = lambda: None
         #: Measurements of the poison height raise always.
         self.poisoned = False
+        #: Called when they do.
+        self.on_poison: Callable[[], None] = lambda: None
 
 
 class Tampered:
@@ -37,8 +42,10 @@ class Tampered:
         error, self._tampering.error = self._tampering.error, None
         if error is not None:
             self._tampering.raised = True
+            self._tampering.on_error()
             raise error
         if self._tampering.poisoned and (batch.height_m == POISON_HEIGHT_M).any():
+            self._tampering.on_poison()
             raise ArithmeticError("poison")
         return self._engine.push(batch, clock_s)
 

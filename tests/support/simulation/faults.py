@@ -1,13 +1,15 @@
 """The catalogue of faults: what each does to a run, and which row of the fault model it is."""
 
+import functools
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from support.simulation import faults_data, faults_machine, faults_network
+from support.simulation.traffic import Occurred
 from support.simulation.world import World
 
-Arm = Callable[[World, random.Random], None]
+Arm = Callable[[World, random.Random, Occurred], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +23,7 @@ class Fault:
     row : int
         Row of the fault model.
     arm : callable
-        Arranges it in a run.
+        Arranges it in a run; the last argument is to be called when it takes effect.
     """
 
     name: str
@@ -55,5 +57,5 @@ def drawn(world: World, names: tuple[str, ...] = ()) -> list[Fault]:
                 found.append(fault)
                 rows.add(fault.row)
     for fault in found:
-        fault.arm(world, random)
+        fault.arm(world, random, functools.partial(world.occurred.add, fault.name))
     return found

@@ -5,7 +5,8 @@ import random
 from collections.abc import Callable
 
 from support.simulation import traffic
-from support.simulation.traffic import SITES, Message, Row
+from support.simulation.process import TRACKING
+from support.simulation.traffic import SITES, Message, Occurred, Row
 from support.simulation.world import World
 
 _EVERY = (*SITES, traffic.ADSB)
@@ -24,14 +25,14 @@ def _radar(drawn: random.Random) -> str:
 
 def _all(change: Callable[[Row], Row], chance: float = 1.0) -> Callable[..., None]:
     # A change of the rows of one sensor in a window, each with a probability.
-    def arm(world: World, drawn: random.Random) -> None:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
         own = random.Random(drawn.random())
 
         def maybe(row: Row) -> list[Row]:
             return [change(dict(row))] if own.random() < chance else [row]
 
         # As text: Arrow has columns of one type.
-        world.change(drawn.choice(("41-10", "41-20")), *window(drawn), maybe)
+        world.change(drawn.choice(("41-10", "41-20")), window(drawn), maybe, occurred)
 
     return arm
 
@@ -44,7 +45,7 @@ def _shifted(shift_s: float) -> Callable[[Row], Row]:
     return lambda row: row | {"time_s": row["time_s"] + shift_s}
 
 
-def _clock(world: World, drawn: random.Random) -> None:
+def _clock(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """A clock jumps, runs fast or slow, or stands still."""
     begin_s, end_s = window(drawn)
     kind = drawn.choice(("jump", "rate", "frozen"))
@@ -56,52 +57,58 @@ def _clock(world: World, drawn: random.Random) -> None:
         shift_s = {"jump": jump_s, "rate": rate * since_s, "frozen": -since_s}[kind]
         return [row | {"time_s": round(row["time_s"] + shift_s, 3)}]
 
-    world.change(drawn.choice(_EVERY), begin_s, end_s, change)
+    world.change(drawn.choice(_EVERY), (begin_s, end_s), change, occurred)
 
 
-def _duplicates(world: World, drawn: random.Random) -> None:
-    world.change(_radar(drawn), *window(drawn), lambda row: [row, dict(row)])
+def _duplicates(world: World, drawn: random.Random, occurred: Occurred) -> None:
+    world.change(_radar(drawn), window(drawn), lambda row: [row, dict(row)], occurred)
 
 
-def _shuffled(world: World, drawn: random.Random) -> None:
+def _shuffled(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """Messages within the reorder window arrive in any order."""
     sender = world.senders[drawn.choice(tuple(_OVER_HTTP.values()))]
-    sender.outstanding_max, sender.delay_s = 4, 1.5
+    sender.outstanding_max, sender.delay_s = 4, 3.7
+    sender.effects["outstanding_max"] = occurred
 
 
-def _late(world: World, drawn: random.Random) -> None:
+def _late(world: World, drawn: random.Random, occurred: Occurred) -> None:
     sender = world.senders[drawn.choice(tuple(_OVER_HTTP.values()))]
     begin_s, end_s = window(drawn)
 
-    def cut(value: bool) -> Callable[[], None]:
+    def late(message: Message) -> None:
+        if message.acknowledged_s - message.due_s > TRACKING.reorder_horizon_s:
+            occurred()
+
+    def cut(value: Callable[[Message], None] | None) -> Callable[[], None]:
         return lambda: setattr(sender, "cut", value)
 
-    world.during(begin_s, end_s + 6.0, cut(True), cut(False))
+    world.during(begin_s, end_s + 6.0, cut(late), cut(None))
 
 
-def _silent(world: World, drawn: random.Random) -> None:
+def _silent(world: World, drawn: random.Random, occurred: Occurred) -> None:
     for sensor in drawn.sample(_EVERY, drawn.randint(1, 4)):
-        world.change(sensor, *window(drawn), lambda row: [])
+        world.change(sensor, window(drawn), lambda row: [], occurred)
 
 
-def _bias(world: World, drawn: random.Random) -> None:
+def _bias(world: World, drawn: random.Random, occurred: Occurred) -> None:
     metres, degrees = drawn.uniform(-2000.0, 2000.0), drawn.uniform(-2.0, 2.0)
     world.change(
-        _radar(drawn), *window(drawn),
+        _radar(drawn), window(drawn),
         lambda row: [
             row if isinstance(row["range_m"], str) else row | {
                 "range_m": abs(row["range_m"] + metres),
                 "azimuth_deg": (row["azimuth_deg"] + degrees) % 360.0,
             }
         ],
+        occurred,
     )  # fmt: skip
 
 
-def _stuck(world: World, drawn: random.Random) -> None:
-    world.change(_radar(drawn), *window(drawn), lambda row: [row | {"azimuth_deg": 90.0}])
+def _stuck(world: World, drawn: random.Random, occurred: Occurred) -> None:
+    world.change(_radar(drawn), window(drawn), lambda row: [row | {"azimuth_deg": 90.0}], occurred)
 
 
-def _storm(world: World, drawn: random.Random) -> None:
+def _storm(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """A sensor delivers many times what it can, with new identities."""
     numbers = iter(range(1000, 100_000))
 
@@ -116,28 +123,29 @@ def _storm(world: World, drawn: random.Random) -> None:
         ]
 
     begin_s, _ = window(drawn)
-    world.change(drawn.choice(("41-10", "41-20")), begin_s, begin_s + 4.0, change)
+    sensor = drawn.choice(("41-10", "41-20"))
+    world.change(sensor, (begin_s, begin_s + 4.0), change, occurred)
 
 
-def _same_identity(world: World, drawn: random.Random) -> None:
+def _same_identity(world: World, drawn: random.Random, occurred: Occurred) -> None:
     code = drawn.choice(("0000", "7777", "1234"))
     world.change(
-        _radar(drawn), *window(drawn),
-        lambda row: [row | {"mode_3a": code, "mode_s_address": "4b0001"}],
+        _radar(drawn), window(drawn),
+        lambda row: [row | {"mode_3a": code, "mode_s_address": "4b0001"}], occurred,
     )  # fmt: skip
 
 
-def _ghosts(world: World, drawn: random.Random) -> None:
+def _ghosts(world: World, drawn: random.Random, occurred: Occurred) -> None:
     def change(row: Row) -> list[Row]:
         ghost = row | {"mode_s_address": "abcdef", "latitude_deg": row["latitude_deg"] + 0.5}
         return [row, ghost]
 
-    world.change(traffic.ADSB, *window(drawn), change)
+    world.change(traffic.ADSB, window(drawn), change, occurred)
 
 
-def _sites(name: str) -> Callable[[World, random.Random], None]:
-    def arm(world: World, drawn: random.Random) -> None:
-        world.use_table(name)
+def _sites(name: str) -> Callable[[World, random.Random, Occurred], None]:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
+        world.use_table(name, occurred)
 
     return arm
 
@@ -145,23 +153,23 @@ def _sites(name: str) -> Callable[[World, random.Random], None]:
 def _hostile_body(*bodies: bytes, media: str = "application/json") -> Callable[..., None]:
     """A message that no sender in order sends; whatever is answered has a code."""
 
-    def arm(world: World, drawn: random.Random) -> None:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
         for number in range(3):
             due_s = drawn.uniform(1.0, 14.0)
             octets = drawn.choice(bodies)
             key = f"hostile {octets[:8].hex()} {number}"
-            world.send(Message("any", key, media, octets, [], due_s, "any"))
+            world.send(Message("any", key, media, octets, [], due_s, "any"), occurred)
 
     return arm
 
 
-def _wrong_encoding(world: World, drawn: random.Random) -> None:
+def _wrong_encoding(world: World, drawn: random.Random, occurred: Occurred) -> None:
     rows = traffic.body("application/json", [_some_row()])
     texts = (
         b"\xef\xbb\xbf" + rows, rows.decode().encode("utf-16"), rows.replace(b"41-10", b"41\x0010"),
         rows.replace(b"41-10", b"\xc0\xad"), rows.replace(b"1.0", b"\xd9\xa1"),
     )  # fmt: skip
-    _hostile_body(*texts)(world, drawn)
+    _hostile_body(*texts)(world, drawn, occurred)
 
 
 def _some_row() -> Row:

@@ -9,40 +9,52 @@ from dataclasses import replace
 from support.simulation import traffic
 from support.simulation.faults_data import window
 from support.simulation.front import BODY_BYTES_MAX, KEYS, Exchange
-from support.simulation.traffic import Message
+from support.simulation.traffic import Message, Occurred
 from support.simulation.world import World
 
 _CLIENTS = ("alpha", "bravo", "charlie")
+#: Readers that come back within 0.3 s, so that they are many.
+READERS_AT_ONCE = 20
 
 
-def _setting(name: str, low: float, high: float) -> Callable[[World, random.Random], None]:
+def _setting(
+    name: str, low: float, high: float
+) -> Callable[[World, random.Random, Occurred], None]:
     # A property of the network of one client in a window.
-    def arm(world: World, drawn: random.Random) -> None:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
         sender = world.senders[drawn.choice(_CLIENTS)]
         value = drawn.uniform(low, high)
         begin_s, end_s = window(drawn)
-        world.during(
-            begin_s, end_s, lambda: setattr(sender, name, value), lambda: setattr(sender, name, 0.0)
-        )
+
+        def on() -> None:
+            setattr(sender, name, value)
+            sender.effects[name] = occurred
+
+        def off() -> None:
+            setattr(sender, name, 0.0)
+            sender.effects.pop(name, None)
+
+        world.during(begin_s, end_s, on, off)
 
     return arm
 
 
-def _partition(world: World, drawn: random.Random) -> None:
+def _partition(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """All clients lose the service, for some seconds or again and again."""
     for _ in range(drawn.randint(1, 3)):
         begin_s = drawn.uniform(2.0, 12.0)
 
-        def cut(value: bool) -> None:
+        def cut(value: Callable[[Message], None] | None) -> None:
             for sender in world.senders.values():
                 sender.cut = value
 
         world.during(
-            begin_s, begin_s + drawn.uniform(0.3, 4.0), lambda: cut(True), lambda: cut(False)
-        )
+            begin_s, begin_s + drawn.uniform(0.3, 4.0), lambda: cut(lambda _: occurred()),
+            lambda: cut(None),
+        )  # fmt: skip
 
 
-def _replay_of_keys(world: World, drawn: random.Random) -> None:
+def _replay_of_keys(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """Messages are sent again with their old keys, and their keys with other content."""
 
     def again() -> None:
@@ -53,22 +65,23 @@ def _replay_of_keys(world: World, drawn: random.Random) -> None:
         earlier = drawn.choice(old)
         now_s = world.clock.elapsed_s
         if drawn.random() < 0.5:
-            world.repeat(earlier)
+            world.repeat(earlier, occurred)
         else:
             rows = [row | {"time_s": row["time_s"] + 0.25} for row in earlier.rows]
             body = traffic.body(earlier.media, rows)
             world.send(
                 replace(
                     earlier, body=body, rows=rows, due_s=now_s, expected="error", receipts=[],
-                    done=False,
-                )
+                    arrived=False, done=False, effects=[],
+                ),
+                occurred,
             )  # fmt: skip
 
     for _ in range(4):
         world.at(drawn.uniform(5.0, 15.0), again)
 
 
-def _forged_source(world: World, drawn: random.Random) -> None:
+def _forged_source(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """A client sends plots of a sensor that is not its own, and squats keys of another."""
     for number in range(3):
         due_s = drawn.uniform(1.0, 14.0)
@@ -78,15 +91,16 @@ def _forged_source(world: World, drawn: random.Random) -> None:
         }  # fmt: skip
         body = traffic.body("application/json", [row])
         world.send(
-            Message("rival", f"41-10/{number + 5}", "application/json", body, [row], due_s, "any")
+            Message("rival", f"41-10/{number + 5}", "application/json", body, [row], due_s, "any"),
+            occurred,
         )
 
 
 def _datagrams(fault: Callable[[random.Random, bytes], list[bytes]]) -> Callable[..., None]:
-    def arm(world: World, drawn: random.Random) -> None:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
         own = random.Random(drawn.random())
         begin_s, end_s = window(drawn)
-        world.datagram_faults.append((begin_s, end_s, lambda octets: fault(own, octets)))
+        world.datagram_faults.append((begin_s, end_s, lambda octets: fault(own, octets), occurred))
         world.suspects.add(traffic.DATAGRAMS)
 
     return arm
@@ -100,51 +114,65 @@ def _flipped(drawn: random.Random, octets: bytes) -> list[bytes]:
     return [bytes(damaged)]
 
 
-def _forged_datagrams(world: World, drawn: random.Random) -> None:
+def _forged_datagrams(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """Somebody floods the port with noise, more than the queue holds."""
     begin_s, _ = window(drawn)
 
     def flood() -> None:
         for _ in range(80):
-            world.throw(drawn.randbytes(drawn.randint(1, 80)), "198.51.100.66")
+            noise = drawn.randbytes(drawn.randint(1, 80))
+            if world.throw(noise, "198.51.100.66", None) is False:
+                occurred()
 
     for number in range(3):
         world.at(begin_s + number * 0.1, flood)
 
 
-def _readers(world: World, drawn: random.Random) -> None:
+def _readers(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """A reader of the stream is slow, another leaves and comes back."""
-    world.read_slowly(drawn.uniform(2.0, 6.0))
-    world.read_slowly(drawn.uniform(0.5, 1.0))
+    world.read_slowly(drawn.uniform(2.0, 6.0), occurred)
+    world.read_slowly(drawn.uniform(0.5, 1.0), occurred)
 
 
-def _reconnects(world: World, drawn: random.Random) -> None:
+def _reconnects(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """Many readers come at once, with old numbers."""
     begin_s, _ = window(drawn)
+    served = 0
+
+    def come() -> None:
+        nonlocal served
+        served += world.read_once(drawn.randrange(0, 400))
+        if served == READERS_AT_ONCE:
+            occurred()
+
     for number in range(30):
-        world.at(begin_s + 0.01 * number, lambda: world.read_once(drawn.randrange(0, 400)))
+        world.at(begin_s + 0.01 * number, come)
 
 
-def _oversized(world: World, drawn: random.Random) -> None:
+def _oversized(world: World, drawn: random.Random, occurred: Occurred) -> None:
     for number in range(2):
         body = b"[" + b" " * (BODY_BYTES_MAX + drawn.randint(1, 100)) + b"]"
         due_s = drawn.uniform(1.0, 14.0)
-        world.send(Message("any", f"large {number}", "application/json", body, [], due_s, "error"))
+        world.send(
+            Message("any", f"large {number}", "application/json", body, [], due_s, "error"),
+            occurred,
+        )
 
 
-def _slow_body(world: World, drawn: random.Random) -> None:
+def _slow_body(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """Bodies that come an octet at a time, and clients that leave in the middle."""
     headers = world.headers("any", "application/json")
 
     def begin() -> None:
         chunks = [(0.7, b" ") for _ in range(drawn.randint(3, 20))]
-        world.ask(Exchange("POST", "/v1/measurements", headers, chunks, whole=False), world.checked)
+        exchange = Exchange("POST", "/v1/measurements", headers, chunks, whole=False)
+        world.ask(exchange, lambda done: world.checked(done, 408, occurred))
 
     for _ in range(6):
         world.at(drawn.uniform(1.0, 11.0), begin)
 
 
-def _set_clock(world: World, drawn: random.Random) -> None:
+def _set_clock(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """An operator sets the data clock back or forward."""
     world.all_suspect = True
     at_s, step_s = drawn.uniform(5.0, 11.0), drawn.choice((-600.0, -20.0, -3.0, 4.0))
@@ -152,10 +180,10 @@ def _set_clock(world: World, drawn: random.Random) -> None:
     path = f"/v1/clock?time_s={time_s:.1f}"
     headers = {"host": "simulated", "authorization": f"Bearer {KEYS['operator']}"}
     exchange = Exchange("POST", path, headers, [(0.0, b"")])
-    world.at(at_s, lambda: world.ask(exchange, lambda done: world.checked(done, 200)))
+    world.at(at_s, lambda: world.ask(exchange, lambda done: world.checked(done, 200, occurred)))
 
 
-def _change_sensors(world: World, drawn: random.Random) -> None:
+def _change_sensors(world: World, drawn: random.Random, occurred: Occurred) -> None:
     """An operator disables, enables, corrects, moves and adds radars."""
     headers = world.headers("operator", "application/json")
     described = {
@@ -179,19 +207,19 @@ def _change_sensors(world: World, drawn: random.Random) -> None:
         world.suspects.add(name)
 
         def ask(one: Exchange = exchange) -> None:
-            world.ask(one, lambda done: world.checked(done, 200))
+            world.ask(one, lambda done: world.checked(done, 200, occurred))
 
         world.at(at_s, ask)
 
 
-def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random], None]:
+def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random, Occurred], None]:
     # Requests by method, path and credentials, and the status that each must get.
-    def arm(world: World, drawn: random.Random) -> None:
+    def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
         for method, path, bearer, status in asked:
             headers = {"host": "simulated", "authorization": f"Bearer {bearer}"}
 
             def ask(one: Exchange, status: int = status) -> None:
-                world.ask(one, lambda done: world.checked(done, status))
+                world.ask(one, lambda done: world.checked(done, status, occurred))
 
             exchange = Exchange(method, path, headers, [(0.0, b"")])
             world.at(drawn.uniform(1.0, 14.0), functools.partial(ask, exchange))

@@ -22,6 +22,7 @@ from support.simulation.migration import migrated
 from support.simulation.process import TRACKING, Process, sensor_table
 from support.simulation.record import Detected, Record, Violation, require
 from support.simulation.scheduler import VirtualClock
+from support.simulation.traffic import Occurred
 
 #: The supervisor starts a process that ended after so long, s.
 RESTART_S = 0.5
@@ -96,12 +97,18 @@ class Machine:
         self.paired = False
         self.damage: Callable[[dict[str, bytes]], str] | None = None
         self.start_faults: list[Callable[[Process], None]] = []
+        #: Called when a kind of fault of the disk has occurred.
+        self.disk_effects: dict[str, Occurred] = {}
         self.disk_state: Callable[[Process], None] | None = None
         self._snapshot_rows = SNAPSHOT_ROWS if seed % 2 else 0
-        self._otherwise = False
+        #: When the service last started or took over, s.
+        self.started_s = 0.0
+        self._otherwise: Occurred | None = None
+        self._fenced: Occurred = lambda: None
         #: Whether the journal is migrated before the next start, and whether that is killed once.
         self._migration: SensorsFile | None = None
         self._migration_killed = False
+        self._migrated: Occurred = lambda: None
         #: Whether the tip may be older than the journal, so that not all damage is found.
         self._tip_is_old = False
         #: Damage that no start has reported so far.
@@ -132,27 +139,29 @@ class Machine:
         if self.process is not None:
             self.process.kill()
 
-    def start_otherwise(self) -> None:
+    def start_otherwise(self, occurred: Occurred) -> None:
         """Kill the service, and start it with another configuration."""
-        self._otherwise = True
+        self._otherwise = occurred
         self.kill()
 
-    def migrate(self, name: str | None, *, killed: bool) -> None:
+    def migrate(self, name: str | None, occurred: Occurred, *, killed: bool) -> None:
         """Kill the service, migrate its journal to sensors of `SENSORS`, and start it on that."""
         self._migration = self.sensors if name is None else SENSORS[name]
-        self._migration_killed = killed
+        self._migration_killed, self._migrated = killed, occurred
         self.kill()
 
-    def drain(self) -> None:
+    def drain(self, occurred: Occurred) -> None:
         """Have an operator drain the primary, if there is a standby."""
         process = self.process
         if process is not None and self.serves and self.standby is not None:
             process.drain()
+            occurred()
 
-    def lose_lock(self) -> None:
+    def lose_lock(self, occurred: Occurred) -> None:
         """Lose the lock of the primary, which goes on; the standby takes over."""
         if self.process is not None and self.serves and self.standby is not None:
             self.process.lose_lock()
+            self._fenced = occurred
 
     # ---------------------------------------------------------------- processes
 
@@ -161,8 +170,8 @@ class Machine:
         self._starts += 1
         if self._starts > STARTS_MAX:
             raise Violation("I8", "the service never starts again")
-        if self._otherwise and self._image:
-            self._start_otherwise()
+        if self._otherwise is not None and self._image:
+            self._start_otherwise(self._otherwise)
         if self._migration is not None and self._image and not self._damaged:
             self._migrate(self._migration)
         intact = dict(self._image)
@@ -179,7 +188,7 @@ class Machine:
             process.start()
         except MultiradarError as error:
             dead = process.disk.dead
-            faulty = dead or process.disk.faulted or self.tampering.raised
+            faulty = dead or bool(process.disk.faulted) or self.tampering.raised
             self._record.start_failed(error, damaged=self._damaged, faulty=faulty)
             left = self._end(process)
             if self._damaged and not dead:
@@ -188,7 +197,7 @@ class Machine:
                 self._image = left if dead else intact
             self._later(self._restart)
             return
-        self.process = process
+        self.process, self.started_s = process, self.now_s
         self._record.started(process)
         self._later(self._start_standby)
 
@@ -216,7 +225,8 @@ class Machine:
             self._record.level(process, standby)
             self._bury_standby(standby)
         process.stop()
-        process.disk.close()
+        self._record.stopped(process)
+        self._leave(process)
         self.process = None
         return process.folder
 
@@ -258,8 +268,8 @@ class Machine:
             beside=beside,
         )
 
-    def _start_otherwise(self) -> None:
-        self._otherwise = False
+    def _start_otherwise(self, occurred: Occurred) -> None:
+        self._otherwise = None
         process = self._process("other", "another fingerprint")
         rejected = False
         try:
@@ -272,6 +282,7 @@ class Machine:
         finally:
             self._end(process)
         require(rejected, "I8", "it starts with another configuration")
+        occurred()
 
     def _migrate(self, sensors: SensorsFile) -> None:
         self._migration = None
@@ -283,6 +294,7 @@ class Machine:
             return
         self._image, self.sensors, self._tip_is_old = found, sensors, False
         self._record.migrated(changes=changes)
+        self._migrated()
 
     def _use_start_faults(self, process: Process) -> None:
         for fault in self.start_faults:
@@ -296,7 +308,9 @@ class Machine:
 
     def _leave(self, process: Process) -> None:
         process.disk.close()
-        self._tip_is_old = process.power_lost or process.disk.faulted
+        self._tip_is_old = process.power_lost or bool(process.disk.faulted)
+        for kind in process.disk.faulted & set(self.disk_effects):
+            self.disk_effects[kind]()
 
     def _bury(self, process: Process) -> None:
         self.process = None
@@ -330,7 +344,7 @@ class Machine:
         try:
             standby.start()
         except MultiradarError as error:
-            faulty = process.disk.faulted or self.tampering.raised
+            faulty = bool(process.disk.faulted) or self.tampering.raised
             self._record.start_failed(error, damaged=self._damaged, faulty=faulty)
             standby.bury()
             self._later(self._start_standby)
@@ -353,10 +367,11 @@ class Machine:
             failure = process.write_on()
         how = f"a primary without the lock is not stopped: {failure}"
         require(isinstance(failure, JournalError) and FENCED in str(failure), "I8", how)
+        self._fenced()
         self._bury(process)
 
     def _promote(self, standby: Process) -> None:
-        self.process, self.standby = standby, None
+        self.process, self.standby, self.started_s = standby, None, self.now_s
         self._record.took_over(standby)
         self._clients.served()
         self._later(self._start_standby)
@@ -366,20 +381,22 @@ def _memory_folder() -> str | None:
     return "/dev/shm" if Path("/dev/shm").is_dir() else None
 
 
-def _shifted(metres: float) -> dict[str, tuple[float, float, float]]:
-    latitude, longitude, height = traffic.SITES["41-20"]
-    return traffic.SITES | {"41-20": (latitude + metres / 111_000.0, longitude, height)}
+def _shifted(name: str, metres: float) -> dict[str, tuple[float, float, float]]:
+    latitude, longitude, height = traffic.SITES[name]
+    return {name: (latitude + metres / 111_000.0, longitude, height)}
 
 
 def _without(name: str) -> dict[str, tuple[float, float, float]]:
     return {one: site for one, site in traffic.SITES.items() if one != name}
 
 
-#: Sensors: as they are, with a wrong site, with two radars at one site, without a radar.
+_TOGETHER = {"41-20": traffic.SITES["41-10"]}
+#: Sensors: as they are, with a wrong site, with two radars at one site, with both, without a radar.
 SENSORS = {
     "plain": traffic.sensors(traffic.SITES),
-    "shifted": traffic.sensors(_shifted(3_000.0)),
-    "together": traffic.sensors(traffic.SITES | {"41-20": traffic.SITES["41-10"]}),
+    "shifted": traffic.sensors(traffic.SITES | _shifted("41-20", 3_000.0)),
+    "together": traffic.sensors(traffic.SITES | _TOGETHER),
+    "both": traffic.sensors(traffic.SITES | _TOGETHER | _shifted("41-30", 3_000.0)),
     "without": traffic.sensors(_without("41-20")),
 }
 _FINGERPRINTS: dict[int, str] = {}

@@ -7,16 +7,18 @@ import random
 import sqlite3
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from multiradar import wire
 from multiradar.errors import MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.ingest.asterix_counts import AsterixCounts
-from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
-from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.ingest.asterix_gateway import AsterixGateway
+from multiradar.ingest.asterix_inlet import InletBounds
+from multiradar.ingest.asterix_queue import DatagramQueue
 from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
+from multiradar.ingest.asterix_source import MemorySource
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
@@ -33,6 +35,7 @@ from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation.disk import VirtualDisk
 from support.simulation.front import Exchange, Front, VirtualLoop
 from support.simulation.scheduler import Scheduler, VirtualClock
+from support.simulation.traffic import Occurred
 
 JOURNAL = "journal"
 TRACKING = TrackingSettings()
@@ -54,6 +57,8 @@ LIMITS = RuntimeLimits(
     disk_filling_share=2.0,
     disk_nearly_full_share=2.0,
 )
+#: Name of the port of datagrams.
+PORT = "simulated"
 QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX = 64, 100_000
 RETAINED_RECORDS = 1 << 12
 #: Fraction of the processes whose sensors are diagnosed.
@@ -72,6 +77,33 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
     if id(sensors) not in _TABLES:
         _TABLES[id(sensors)] = sensors, wire.sensor_table(sensors)
     return _TABLES[id(sensors)][1]
+
+
+@dataclass(slots=True)
+class Delivered:
+    """Datagrams that the network delivered to a process.
+
+    Attributes
+    ----------
+    datagrams, octets : int
+        All of them.
+    plots : int
+        Plots in those that were sent as they arrived, and had room in the queue.
+    intact : bool
+        Whether all that had room are such.
+    """
+
+    datagrams: int = 0
+    octets: int = 0
+    plots: int = 0
+    intact: bool = True
+
+    def add(self, octets: int, plots: int | None) -> None:
+        """Add one, with its number of plots; None if it did not arrive as it was sent."""
+        self.datagrams += 1
+        self.octets += octets
+        self.plots += plots or 0
+        self.intact &= plots is not None
 
 
 class Process:
@@ -106,6 +138,14 @@ class Process:
         It has stopped for good and ends.
     leads : bool
         It accepts measurements.
+    drained : bool
+        It has ended in order.
+    killed_by : callable
+        Called when its disk kills it.
+    lost_writes : bool
+        Its power failure has lost writes.
+    delivered : Delivered
+        Datagrams that it was sent.
     left : mapping of str to bytes or None
         The disk as its kill left it.
     acknowledged : list of (str, Receipt)
@@ -127,13 +167,15 @@ class Process:
         self.disk: VirtualDisk
         if beside is None:
             self.disk = VirtualDisk(folder, seed, dict(image))
-            self.disk.on_kill = self._killed
+            self.disk.on_kill = self._struck
         else:
             self.disk = beside.disk
         self.scheduler = Scheduler(seed, clock)
         self.loop = VirtualLoop(clock)
-        self.failed = self.leads = False
-        self.power_lost = False
+        self.failed = self.leads = self.drained = False
+        self.power_lost = self.lost_writes = False
+        self.killed_by: Occurred = lambda: None
+        self.delivered = Delivered()
         self.left: dict[str, bytes] | None = None
         self.acknowledged: list[tuple[str | None, Receipt]] = []
         self._journal: SqliteJournal | None = None
@@ -141,7 +183,6 @@ class Process:
         #: Messages on their way to the journal: key and future.
         self._submitted: list[tuple[str | None, Future[Receipt]]] = []
         self._open: list[tuple[Exchange, asyncio.Task[None], Callable[[Exchange], None]]] = []
-        self._datagrams = 0
         self._fingerprint = fingerprint
         table = sensor_table(sensors)
         self.service = Service(
@@ -163,22 +204,24 @@ class Process:
         # No output depends on the diagnosis, which takes a fifth of a run.
         if seed.random() >= DIAGNOSED:
             self.service.publication.diagnosis.start = lambda: None  # type: ignore[method-assign]
-        self.queue = DatagramQueue(QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX)
-        self.counts = AsterixCounts(("simulated",))
-        self._inlet = AsterixInlet(
-            self.queue,
-            LiveDecoder(
+        self._port = MemorySource(PORT)
+        self.gateway = AsterixGateway(
+            labels=(PORT,),
+            sources=(lambda: self._port,),
+            sink=self.service,
+            decoder=LiveDecoder(
                 LiveOptions(
                     names=names_by_source(table),
                     scan_periods=scan_periods_by_source(table),
                     retained_records=RETAINED_RECORDS,
                 )
             ),
-            self.service,
-            self.counts,
-            InletBounds(INLET_INTERVAL_S, 100),
+            queue=DatagramQueue(QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX),
+            bounds=InletBounds(INLET_INTERVAL_S, 100),
+            clock=clock,
             threads=self.scheduler,
         )
+        self.service.publication.count_edge("asterix", self.gateway.counts.document)
         #: Events by number without what depends on the time of the machine, and readers.
         self.readers: list[Subscription] = []
 
@@ -203,17 +246,26 @@ class Process:
     def survive(self) -> None:
         """Go on with the disk after the other process has ended, however it did."""
         self._has_disk = True
-        self.disk.dead, self.disk.kill_at, self.disk.on_kill = False, None, self._killed
+        self.disk.dead, self.disk.kill_at, self.disk.on_kill = False, None, self._struck
 
     def request(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
         """Serve a request; `answered` is called with the complete answer, or never."""
         task = self.loop.create_task(exchange.run(self._front.application))
         self._open.append((exchange, task, answered))
 
-    def receive(self, octets: bytes, sender: str) -> bool:
-        """Receive a datagram; return whether it fits into the queue."""
-        self._datagrams += 1
-        return self.queue.put(Received(0, self._datagrams, self._clock.now_s(), octets, sender))
+    def receive(self, octets: bytes, sender: str, plots: int | None) -> bool:
+        """Receive a datagram; return whether it fits into the queue.
+
+        `plots` is the number of its plots, None if it does not arrive as it was sent.
+        """
+        counts = self.gateway.counts
+        dropped = counts.number(0, "datagrams_dropped")
+        self._port.sender = sender
+        self._port.send(octets)
+        self.gateway.receive(0)
+        fits = counts.number(0, "datagrams_dropped") == dropped
+        self.delivered.add(len(octets), plots if fits else 0)
+        return fits
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Open a stream of events."""
@@ -244,11 +296,11 @@ class Process:
 
     def drain(self) -> None:
         """Accept no more, process and answer what it has acknowledged, and end."""
-        self._inlet.stop()
+        self.gateway.stop()
         with contextlib.suppress(MultiradarError):
             self.service.drain()
         self.pump()
-        self.failed = True
+        self.failed = self.drained = True
 
     def lose_lock(self) -> None:
         """Lose the lock of the journal without noticing."""
@@ -265,7 +317,7 @@ class Process:
 
     def stop(self) -> None:
         """End it in order."""
-        self._inlet.stop()
+        self.gateway.stop()
         self.service.stop()
         self._cleanup()
 
@@ -302,7 +354,8 @@ class Process:
         return self._journal
 
     def _begin(self) -> None:
-        self.scheduler.start(self._inlet.run, "asterix-decoder")
+        self.gateway.open()
+        self.gateway.begin()
         self.leads = True
 
     def _run_on(self) -> None:
@@ -312,8 +365,13 @@ class Process:
     def _fail(self) -> None:
         self.failed = True
 
+    def _struck(self) -> None:
+        self._killed()
+        self.killed_by()
+
     def _killed(self) -> None:
         self.left = self.disk.image(power_lost=self.power_lost)
+        self.lost_writes = self.power_lost and self.left != self.disk.image(power_lost=False)
         # An answer may have left at the very instant.
         self.acknowledged = [
             (key, future.result()) for key, future in self._submitted if _is_answered(future)

@@ -18,6 +18,7 @@ from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.admission.sensors_in_force import SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.live.alarms.supervision import NO_DATA
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR
 from multiradar.runtime.stream.events import GAP, Event
@@ -40,10 +41,13 @@ from support.simulation.process import (
 from support.simulation.traffic import START_S, Message
 
 if TYPE_CHECKING:
+    from support.simulation.datagrams import DatagramRecord
     from support.simulation.world import World
 
 #: A row delivered within this time of its measurement is never late: half of the reorder horizon.
 TIMELY_S = TRACKING.reorder_horizon_s / 2.0
+#: Time from the reception of a measurement to the journal, s.
+RECEPTION_S = 1.0
 #: Answers after which a client sends again.
 _AGAIN = {408, 429, 503, 507}
 _CODES = {str(code) for code in RejectCode}
@@ -73,7 +77,8 @@ def require(held: object, invariant: str, how: str) -> None:
 class Record:
     """Messages, receipts, digests and events of a run."""
 
-    def __init__(self) -> None:
+    def __init__(self, datagrams: "DatagramRecord") -> None:
+        self.datagrams = datagrams
         self.messages: list[Message] = []
         #: Receipts by sender and key, as the service gave them.
         self.receipts: dict[tuple[str, str], list[dict[str, Any]]] = {}
@@ -82,13 +87,10 @@ class Record:
         #: Digests of the output by entry, of all processes.
         self.digests: dict[int, str] = {}
         self.events: dict[int, bytes] = {}
-        self.answers: Counter[str] = Counter()
-        self.starts = 0
         self.kills = self.takeovers = self.migrations = 0
         #: Damage of the journal that was reported, and that was not, by kind.
         self.detected: Counter[str] = Counter()
         self.wrote_since_damage = False
-        self._thrown = self._dropped = 0
         #: Number of the last event of the last process.
         self.event_head = 0
 
@@ -98,7 +100,6 @@ class Record:
         """Check an answer; return whether it is final."""
         status = exchange.status
         document = json.loads(exchange.body)
-        self.answers[f"{status} {document.get('code', '')}".strip()] += 1
         if status == 200 or (status == 422 and "accepted" in document):
             self._receipt(message, document)
             return True
@@ -139,6 +140,7 @@ class Record:
 
     def sample(self, process: Process) -> None:
         """Note the output so far, and check bounds."""
+        self.datagrams.check(process)
         service = process.service
         queued, backlog = service._intake._batches, service._backlog
         require(queued <= LIMITS.intake_batches_max, "I7", f"{queued} messages in the intake")
@@ -152,8 +154,8 @@ class Record:
         known = self.digests.setdefault(sequence, digest)
         require(known == digest, "I3", f"after entry {sequence} the output differs")
 
-    def read(self, events: list[Event], after: int) -> None:
-        """Check what a reader of the stream received after an event."""
+    def read(self, events: list[Event], after: int) -> bool:
+        """Check what a reader of the stream received after an event; return whether a gap."""
         expected = after + 1
         for event in events:
             if event.kind == GAP:
@@ -168,11 +170,7 @@ class Record:
             if event.kind in ("track", "bias", "ended", "sensor"):
                 known = self.events.setdefault(event.sequence, payload)
                 require(known == payload, "I3", f"event {event.sequence} differs after a restart")
-
-    def thrown(self, *, fits: bool) -> None:
-        """Note a datagram that arrived."""
-        self._thrown += 1
-        self._dropped += not fits
+        return any(event.kind == GAP for event in events)
 
     def start_failed(self, error: MultiradarError, *, damaged: str, faulty: bool) -> None:
         """Check why a process did not start."""
@@ -194,7 +192,6 @@ class Record:
 
     def started(self, process: Process) -> None:
         """Check the state after a start."""
-        self.starts += 1
         self.wrote_since_damage = True
         self.sample(process)
 
@@ -215,6 +212,7 @@ class Record:
     def died(self, process: Process) -> None:
         """Note what a process that died had acknowledged."""
         self.kills += 1
+        self.datagrams.ended(process, in_order=process.drained)
         for key, receipt in process.acknowledged:
             if key is None:
                 continue
@@ -230,11 +228,16 @@ class Record:
                 }
             )  # fmt: skip
 
+    def stopped(self, process: Process) -> None:
+        """Check a process that was stopped at the end."""
+        self.datagrams.ended(process, in_order=True)
+
     def migrated(self, *, changes: bool) -> None:
         """Note that the journal was migrated: to the same sensors, with which nothing changes."""
         self.migrations += 1
         if not changes:
             return
+        self.datagrams.migrated()
         for name, (first, *_) in self.receipts.items():
             self._before.setdefault(name, first)
         self.receipts.clear()
@@ -260,8 +263,11 @@ class Record:
 
     # ---------------------------------------------------------------- at the end
 
-    def check_status(self, process: Process) -> None:
-        """Check counts, tracks and datagrams of the last process."""
+    def check_status(self, process: Process, silent_s: float | None) -> None:
+        """Check counts, tracks and alarms of the last process.
+
+        It has received nothing for at least so long, s; None if clocks were wrong.
+        """
         status = process.service.view.status()
         parts = [status[name] for name in ("accepted", "rejected", "duplicate")]
         require(status["read"] == sum(parts), "I1", f"read {status['read']}, was {parts}")
@@ -271,16 +277,16 @@ class Record:
         require(status["state"] == "running", "I8", f"{status['state']}: {status['failure']}")
         waiting = [status[name] for name in ("intake_rows", "backlog_rows")]
         require(not any(waiting), "I7", f"work is left: {waiting}")
+        alarms, bound_s = set(status["alarms"]), status["silence_limit_s"]
+        require(alarms <= {NO_DATA}, "I8", f"alarms {alarms} after all faults")
+        missed = NO_DATA not in alarms and (silent_s or 0.0) > bound_s + RECEPTION_S
+        require(not missed, "I8", f"no alarm after {silent_s} s without data, limit {bound_s} s")
         tracks = process.service.view.tracks()
         for name, kind in tracks.schema.items():
             if kind.is_float():
                 values = [one for one in tracks[name].to_list() if one is not None]
                 require(all(map(math.isfinite, values)), "I6", f"{name} of a track is not finite")
         require((tracks["age_s"].drop_nulls() >= 0.0).all(), "I6", "negative age of a track")
-        counts = process.counts.document()["listeners"]["simulated"]
-        rows = [counts[f"rows_{name}"] for name in ("accepted", "rejected", "lost")]
-        require(min(rows) >= 0, "I1", f"rows of datagrams: {counts}")
-        self.silence = status["alarms"]
 
     def check_journal(self, world: "World", folder: Path) -> None:
         """Compare the journal with all receipts, and the output with that of one engine."""
@@ -307,6 +313,7 @@ class Record:
             found = keys.get((message.sender, message.key))
             if message.receipts and found is not None and message.rows:
                 self._same_rows(message, found)
+        self.datagrams.check_journal(entries)
         self._isolated(world)
         self._same_output(world, folder, entries)
 

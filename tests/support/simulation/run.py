@@ -31,10 +31,12 @@ class Outcome:
     ----------
     runs, kills, takeovers, migrations : int
         Runs, processes that ended in them, takeovers by a standby, and migrations of the journal.
-    faults : Counter of str
-        Runs by fault.
+    drawn, faults : Counter of str
+        Runs by fault that they drew, and that took effect in them.
     pairs : Counter of pairs of int
-        Runs by pair of rows of the fault model.
+        Runs by pair of rows of the fault model that took effect in them.
+    effects : dict of int to set of str
+        Faults that took effect, by seed.
     detected : Counter of str
         Reported damage of the journal, by kind.
     failures : list of (int, str)
@@ -45,8 +47,10 @@ class Outcome:
     kills: int = 0
     takeovers: int = 0
     migrations: int = 0
+    drawn: Counter[str] = field(default_factory=Counter)
     faults: Counter[str] = field(default_factory=Counter)
     pairs: Counter[tuple[int, int]] = field(default_factory=Counter)
+    effects: dict[int, set[str]] = field(default_factory=dict)
     detected: Counter[str] = field(default_factory=Counter)
     failures: list[tuple[int, str]] = field(default_factory=list)
 
@@ -56,14 +60,23 @@ class Outcome:
         self.kills += other.kills
         self.takeovers += other.takeovers
         self.migrations += other.migrations
+        self.drawn.update(other.drawn)
         self.faults.update(other.faults)
         self.pairs.update(other.pairs)
+        self.effects |= other.effects
         self.detected.update(other.detected)
         self.failures.extend(other.failures)
 
+    def cover(self, seed: int, names: set[str]) -> None:
+        """Add the faults that took effect in the run of a seed."""
+        self.effects[seed] = names
+        rows = sorted({fault.row for fault in FAULTS if fault.name in names})
+        self.faults.update(names)
+        self.pairs.update(itertools.combinations(rows, 2))
+
     @property
     def rows(self) -> set[int]:
-        """Rows of the fault model that occurred."""
+        """Rows of the fault model that took effect."""
         return {fault.row for fault in FAULTS if self.faults[fault.name]}
 
 
@@ -82,16 +95,18 @@ class Simulator:
         _keep()
 
     def run(self, seed: int, names: tuple[str, ...] = (), *, dry: bool = False) -> Outcome:
-        """Run a seed, with the faults that it draws or with these; if dry, only draw them."""
+        """Run a seed, with the faults that it draws or with these.
+
+        If dry, only draw them, as if all took effect.
+        """
         outcome = Outcome(runs=1)
         if self._runs == LOADING_RUNS and not dry:
             _keep()
         world = World(seed, self._front, self._clock)
         faults = drawn(world, names)
-        rows = sorted({fault.row for fault in faults})
-        outcome.faults.update(fault.name for fault in faults)
-        outcome.pairs.update(itertools.combinations(rows, 2))
+        outcome.drawn.update(fault.name for fault in faults)
         if dry:
+            outcome.cover(seed, set(outcome.drawn))
             world.machine.folder.rmdir()
             return outcome
         self._runs += 1
@@ -105,6 +120,7 @@ class Simulator:
             outcome.failures.append((seed, f"{traceback.format_exc()}\n  faults: {named}"))
         finally:
             gc.collect()
+        outcome.cover(seed, world.occurred)
         outcome.kills += world.record.kills
         outcome.takeovers += world.record.takeovers
         outcome.migrations += world.record.migrations

@@ -27,12 +27,15 @@ class VirtualClock:
         True time since the start of the run, s.
     offset_s : float
         Error of the system time, s.
+    on_wrong : callable
+        Called when the system time is read while it is wrong.
     """
 
     def __init__(self, start_s: float) -> None:
         self._start_s = start_s
         self.elapsed_s = 0.0
         self.offset_s = 0.0
+        self.on_wrong: Callable[[], None] = lambda: None
 
     @property
     def true_s(self) -> float:
@@ -41,6 +44,8 @@ class VirtualClock:
 
     def now_s(self) -> float:
         """Return the system time, UTC, s."""
+        if self.offset_s:
+            self.on_wrong()
         return self.true_s + self.offset_s
 
     def monotonic_s(self) -> float:
@@ -60,11 +65,20 @@ class SimulatedThread:
         self.until_s = inf
         #: It does not run before, s: the machine is busy.
         self.stalled_until_s = -inf
+        #: Called when it could run, but for that.
+        self.on_stall: Callable[[], None] = lambda: None
 
     @property
     def ended(self) -> bool:
         """Whether it has ended."""
         return bool(self.greenlet.dead)
+
+    def stalls(self, now_s: float) -> bool:
+        """Return whether it does not run at a time, s, although it could."""
+        if self.stalled_until_s <= now_s:
+            return False
+        self.on_stall()
+        return True
 
     def join(self) -> None:
         """Run threads until this one has ended."""
@@ -113,7 +127,7 @@ class Scheduler:
             for one in self.threads
             if not one.ended
             and (not one.waits or one.until_s <= now_s)
-            and (stalled or one.stalled_until_s <= now_s)
+            and (stalled or not one.stalls(now_s))
         ]
         if not ready:
             return False

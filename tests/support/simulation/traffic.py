@@ -1,6 +1,7 @@
 """Aircraft on straight lines, as three sensors report them over HTTP and one as ASTERIX."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,6 +36,8 @@ MEDIA = {
 PLOTS_PER_SCAN_MAX = 60
 
 Row = dict[str, Any]
+#: Called when a fault takes effect.
+Occurred = Callable[[], None]
 
 
 @dataclass(slots=True)
@@ -59,6 +62,14 @@ class Message:
         `ack`; `error` where the whole message must be rejected; `any` otherwise.
     path : str
         Where it is sent.
+    receipts : list of dict
+        Receipts that the service gave.
+    acknowledged_s : float
+        When the service had it first, s after the start.
+    arrived, done : bool
+        Whether a process has received it, and whether its sender has the final answer.
+    effects : list of callable
+        Faults that have taken effect when its sender has the final answer.
     """
 
     sender: str
@@ -71,7 +82,9 @@ class Message:
     path: str = "/v1/measurements"
     receipts: list[dict[str, Any]] = field(default_factory=list)
     acknowledged_s: float = np.inf
+    arrived: bool = False
     done: bool = False
+    effects: list[Occurred] = field(default_factory=list)
 
 
 def sensors(sites: dict[str, tuple[float, float, float]]) -> SensorsFile:

@@ -1,21 +1,23 @@
 """A run: traffic, network, clock, disk and processes of the service, all from one seed."""
 
+import functools
 import heapq
 import itertools
 import random
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from multiradar.runtime.stream.events import Subscription
 from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation import traffic
+from support.simulation.datagrams import DatagramRecord
 from support.simulation.disk import draw_from
 from support.simulation.front import KEYS, Exchange, Front
 from support.simulation.machine import SENSORS, Machine
 from support.simulation.process import Process
 from support.simulation.record import Record, Violation
 from support.simulation.scheduler import VirtualClock
-from support.simulation.traffic import Message, Row
+from support.simulation.traffic import Message, Occurred, Row
 
 #: Duration of the traffic, and the time after which all must be acknowledged, s.
 DURATION_S = 16.0
@@ -25,7 +27,7 @@ TICK_S = 0.5
 ANSWER_S = 4.0
 PAUSE_S = 0.5
 #: Events that a reader gets at once; one farther behind gets a notice of a gap.
-READER_EVENTS_MAX = 120
+READER_EVENTS_MAX = 40
 
 Change = Callable[[Row], list[Row]]
 
@@ -41,6 +43,10 @@ class Sender:
         Probability that a request is lost, its answer is, and that it arrives twice.
     delay_s : float
         Greatest further delay, s.
+    cut : callable or None
+        While it cannot reach the service: called with each message that is held back.
+    effects : dict of str to callable
+        Called when a property has changed the way of a message, by name.
     """
 
     def __init__(self, name: str) -> None:
@@ -49,7 +55,15 @@ class Sender:
         self.outstanding: list[Message] = []
         self.outstanding_max = 1
         self.loss = self.answer_loss = self.copies = self.delay_s = 0.0
-        self.cut = False
+        self.cut: Callable[[Message], None] | None = None
+        self.effects: dict[str, Occurred] = {}
+        #: When the last message was due that has arrived, s.
+        self.reached_s = 0.0
+
+    def occurred(self, name: str) -> None:
+        """Note that a property has changed the way of a message."""
+        if name in self.effects:
+            self.effects[name]()
 
 
 class World:
@@ -70,19 +84,31 @@ class World:
         self.random = random.Random(seed)
         self.clock = clock
         clock.elapsed_s = clock.offset_s = 0.0
+        clock.on_wrong = lambda: None
         self.front = front
-        self.record = Record()
+        self.record = Record(DatagramRecord())
+        #: Names of the faults that have taken effect.
+        self.occurred: set[str] = set()
         self.machine = Machine(
             seed, drawn=self.random, clock=clock, front=front, record=self.record, clients=self
         )  # fmt: skip
         self.senders = {name: Sender(name) for name in KEYS}
         #: Changes of the rows of a sensor: from, until, and what becomes of each.
-        self.changes: dict[str, list[tuple[float, float, Change]]] = {}
+        self.changes: dict[str, list[tuple[float, float, Change, Occurred]]] = {}
         #: Sensors that a fault concerns: their rows may be rejected.
         self.suspects: set[str] = set()
         #: Whether a fault concerns the whole service: any row may be late.
         self.all_suspect = False
-        self.datagram_faults: list[tuple[float, float, Callable[[bytes], list[bytes]]]] = []
+        self.datagram_faults: list[
+            tuple[float, float, Callable[[bytes], list[bytes]], Occurred]
+        ] = []
+        # When sectors are due of which a fault has left nothing, s, and that fault.
+        self._silences: list[tuple[float, Occurred]] = []
+        # Faults that have replaced the sensors.
+        self._tables: list[Occurred] = []
+        self._table = self.machine.sensors
+        #: When the last measurement may have been received, s.
+        self.heard_s = 0.0
         self._agenda: list[tuple[float, int, Callable[[], None]]] = []
         self._count = itertools.count()
         draw_from(seed)
@@ -100,13 +126,16 @@ class World:
         self.at(begin_s, on)
         self.at(end_s, off)
 
-    def change(self, sensor: str, begin_s: float, end_s: float, change: Change) -> None:
+    def change(
+        self, sensor: str, window: tuple[float, float], change: Change, occurred: Occurred
+    ) -> None:
         """Change the rows of a sensor in an interval of true time."""
-        self.changes.setdefault(sensor, []).append((begin_s, end_s, change))
+        self.changes.setdefault(sensor, []).append((*window, change, occurred))
         self.suspects.add(sensor)
 
-    def send(self, message: Message) -> None:
-        """Have a message sent at its time, until it is answered."""
+    def send(self, message: Message, *occurred: Occurred) -> None:
+        """Have a message sent at its time, until it is answered; then faults have occurred."""
+        message.effects.extend(occurred)
         self.record.messages.append(message)
         sender = self.senders[message.sender]
 
@@ -116,14 +145,17 @@ class World:
 
         self.at(message.due_s, due)
 
-    def repeat(self, message: Message) -> None:
+    def repeat(self, message: Message, occurred: Occurred) -> None:
         """Send an acknowledged message again, with its key."""
+        message.effects.append(occurred)
         self._arrive(self.senders[message.sender], message)
 
-    def use_table(self, name: str) -> None:
+    def use_table(self, name: str, occurred: Occurred) -> None:
         """Run the service with other sensors than those that send; one of `SENSORS`."""
-        self.machine.sensors = SENSORS[name]
-        self.suspects.add("41-20")
+        self.suspects |= {"41-20", "41-30"} if self._tables else {"41-20"}
+        self._tables.append(occurred)
+        self._table = SENSORS[name if len(self._tables) == 1 else "both"]
+        self.machine.sensors = self._table
 
     def headers(self, client: str, media: str) -> dict[str, str]:
         """Return the headers of a request of a client."""
@@ -133,12 +165,17 @@ class World:
             "content-type": media,
         }
 
-    def checked(self, exchange: Exchange, status: int | None = None) -> None:
-        """Check the answer to a request; None for any status."""
+    def checked(self, exchange: Exchange, status: int, occurred: Occurred) -> None:
+        """Check the answer to a request, with which a fault occurs."""
         self.record.receive(exchange, status)
+        if exchange.status == status:
+            occurred()
 
-    def read_slowly(self, period_s: float) -> None:
-        """Read the stream of events so often, and resume it after each restart."""
+    def read_slowly(self, period_s: float, occurred: Occurred) -> None:
+        """Read the stream of events so often, and resume it after each restart.
+
+        A gap is an effect of the fault.
+        """
         after = migrations = 0
         reader: Subscription | None = None
 
@@ -155,20 +192,26 @@ class World:
                     after = self._known_after(process, after)
             if process is not None and reader is not None:
                 events = process.events(reader, READER_EVENTS_MAX)
-                self.record.read(events, after)
+                if self.record.read(events, after):
+                    occurred()
                 after = reader.after
             self.at(self.clock.elapsed_s + period_s, read)
 
         self.at(period_s, read)
 
-    def read_once(self, after: int) -> None:
-        """Read the events after a number, which may be of another journal, and leave."""
+    def read_once(self, after: int) -> bool:
+        """Read the events after a number, which may be of another journal, and leave.
+
+        Returns whether a process runs.
+        """
         process = self.machine.process
         if process is not None and not process.down:
             reader = process.subscribe(after, READER_EVENTS_MAX)
             events = process.events(reader, READER_EVENTS_MAX)
             self.record.read(events, self._known_after(process, after))
             reader.close()
+            return True
+        return False
 
     def ask(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
         """Ask once, without a repetition."""
@@ -190,6 +233,9 @@ class World:
                 self._churn()
             self._finish()
         finally:
+            for due_s, occurred in self._silences:
+                if due_s <= self.clock.elapsed_s:
+                    occurred()
             self.machine.abandon()
             shutil.rmtree(self.machine.folder, ignore_errors=True)
 
@@ -201,31 +247,37 @@ class World:
                 begin_s = place * traffic.SECTOR_S
                 end_s = begin_s + traffic.SECTOR_S
                 due_s = end_s + self.random.uniform(0.0, 0.2)
-                sector = [
-                    changed
+                changed = [
+                    self._changed(sensor, row)
                     for row in rows
                     if begin_s <= row["time_s"] - traffic.START_S < end_s
-                    for changed in self._changed(sensor, row)
                 ]
+                sector = [row for new, _ in changed for row in new]
+                effects = [occurred for _, some in changed for occurred in some]
                 if not sector:
+                    self._silences += [(due_s, occurred) for occurred in effects]
                     continue
                 if sensor == traffic.DATAGRAMS:
-                    self.at(due_s, lambda rows=sector: self._emit(rows))  # type: ignore[misc]
+                    self.at(due_s, functools.partial(self._emit, sector, effects))
                     continue
                 media = traffic.MEDIA[sensor]
                 body = traffic.body(media, sector)
                 key = f"{sensor}/{place}"
-                self.send(Message(names[sensor], key, media, body, sector, due_s))
+                self.send(Message(names[sensor], key, media, body, sector, due_s), *effects)
         for number in range(int(PATIENCE_S / TICK_S)):
             self.at(number * TICK_S, lambda: None)
 
-    def _changed(self, sensor: str, row: Row) -> list[Row]:
+    # What becomes of a row, and the faults that have changed it.
+    def _changed(self, sensor: str, row: Row) -> tuple[list[Row], list[Occurred]]:
         since_s = row["time_s"] - traffic.START_S
-        rows = [row]
-        for begin_s, end_s, change in self.changes.get(sensor, []):
+        rows, effects = [row], list[Occurred]()
+        for begin_s, end_s, change, occurred in self.changes.get(sensor, []):
             if begin_s <= since_s < end_s:
-                rows = [new for one in rows for new in change(one)]
-        return rows
+                before, rows = rows, [new for one in rows for new in change(one)]
+                if rows != before:
+                    # Of what one removes, other changes are not seen.
+                    effects = [*effects, occurred] if rows else [occurred]
+        return rows, effects
 
     def _is_over(self) -> bool:
         done = self.clock.elapsed_s > DURATION_S + 12.0 and all(
@@ -289,17 +341,35 @@ class World:
     def _deliver(self, sender: Sender, message: Message) -> None:
         now_s = self.clock.elapsed_s
         copies = 2 if self.random.random() < sender.copies else 1
+        sent = False
         for _ in range(copies):
-            if sender.cut or self.random.random() < sender.loss:
+            if sender.cut is not None:
+                message.effects.append(functools.partial(sender.cut, message))
                 continue
-            delay_s = self.random.uniform(0.005, 0.05) + self.random.uniform(0.0, sender.delay_s)
-            self.at(now_s + delay_s, lambda: self._arrive(sender, message))
+            if self.random.random() < sender.loss:
+                sender.occurred("loss")
+                continue
+            usual_s = self.random.uniform(0.005, 0.05)
+            delay_s = usual_s + self.random.uniform(0.0, sender.delay_s)
+            effects = [sender.effects.get("delay_s")] if delay_s > 2.0 * usual_s else []
+            effects += [sender.effects.get("copies")] if sent else []
+            self.at(now_s + delay_s, functools.partial(self._arrive, sender, message, effects))
+            sent = True
         self.at(now_s + ANSWER_S, lambda: self._give_up(sender, message))
 
-    def _arrive(self, sender: Sender, message: Message) -> None:
+    # Effects are those of the way of this message.
+    def _arrive(
+        self, sender: Sender, message: Message, effects: Sequence[Occurred | None] = ()
+    ) -> None:
         running = self.machine.running()
         if not running:
             return
+        for occurred in effects:
+            if occurred is not None:
+                occurred()
+        if not message.arrived and message.due_s < sender.reached_s:
+            sender.occurred("outstanding_max")
+        message.arrived, sender.reached_s = True, max(sender.reached_s, message.due_s)
         headers = self.headers(message.sender, message.media) | {"idempotency-key": message.key}
         chunks = [(0.0, message.body)]
         exchange = Exchange("POST", message.path, headers, chunks)
@@ -311,10 +381,16 @@ class World:
         final = self.record.answered(message, exchange)
         if final:
             message.acknowledged_s = min(message.acknowledged_s, self.clock.elapsed_s)
-        if sender.cut or self.random.random() < sender.answer_loss:
+            self.heard_s = self.clock.elapsed_s
+        if sender.cut is not None:
+            message.effects.append(functools.partial(sender.cut, message))
+            return
+        if self.random.random() < sender.answer_loss:
+            sender.occurred("answer_loss")
             return
         if final:
             message.done = True
+            self._take_effect(message)
         if message in sender.outstanding:
             sender.outstanding.remove(message)
             if not final:
@@ -322,6 +398,14 @@ class World:
                 again_s = self.clock.elapsed_s + min(wait_s, 2.0)
                 self.at(again_s, lambda: self._again(sender, message))
             self._next(sender)
+
+    def _take_effect(self, message: Message) -> None:
+        for occurred in message.effects:
+            occurred()
+        message.effects.clear()
+        if message.key.startswith("41-20/") and self.sensors is self._table:
+            for occurred in self._tables:
+                occurred()
 
     def _give_up(self, sender: Sender, message: Message) -> None:
         if message in sender.outstanding and not message.done:
@@ -332,20 +416,29 @@ class World:
         sender.waiting.insert(0, message)
         self._next(sender)
 
-    def _emit(self, rows: list[Row]) -> None:
-        octets = [traffic.datagram(rows)]
-        for begin_s, end_s, fault in self.datagram_faults:
+    def _emit(self, rows: list[Row], effects: list[Occurred]) -> None:
+        sent = traffic.datagram(rows)
+        octets, effects = [sent], list(effects)
+        for begin_s, end_s, fault, occurred in self.datagram_faults:
             if begin_s <= self.clock.elapsed_s < end_s:
-                octets = [new for one in octets for new in fault(one)]
-        for one in octets:
-            self.throw(one, "192.0.2.30")
+                before, octets = octets, [new for one in octets for new in fault(one)]
+                if octets != before:
+                    effects = [*effects, occurred] if octets else [occurred]
+        fit = [self.throw(one, "192.0.2.30", len(rows) if one == sent else None) for one in octets]
+        if any(fit) or (not octets and self.machine.serves):
+            for occurred in effects:
+                occurred()
 
-    def throw(self, octets: bytes, sender: str) -> None:
-        """Send a datagram now."""
+    def throw(self, octets: bytes, sender: str, plots: int | None) -> bool | None:
+        """Send a datagram now; return whether it fits into the queue, None without a process.
+
+        `plots` is the number of its plots, None if it does not arrive as it was sent.
+        """
         process = self.machine.process
-        if process is not None and not process.down:
-            fits = process.receive(octets, sender)
-            self.record.thrown(fits=fits)
+        if process is None or process.down:
+            return None
+        self.heard_s = self.clock.elapsed_s
+        return process.receive(octets, sender, plots)
 
     # ---------------------------------------------------------------- end
 
@@ -357,5 +450,6 @@ class World:
         process.pump()
         process.scheduler.settle()
         self.record.sample(process)
-        self.record.check_status(process)
+        silent_s = self.clock.elapsed_s - max(self.heard_s, self.machine.started_s)
+        self.record.check_status(process, None if self.all_suspect else silent_s)
         self.record.check_journal(self, self.machine.finish())
