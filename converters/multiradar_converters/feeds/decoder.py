@@ -145,10 +145,11 @@ class FeedDecoder:
                 except RejectedError as error:
                     self.reject(where, error.code, error.reason, octets)
             if snapshot.fault is not None:
-                at, reason = snapshot.fault
+                fault = snapshot.fault
                 code = RejectCode.TRUNCATED if cut else RejectCode.MALFORMED_JSON
-                where = place + at if by_octet else place
-                self.reject(where, code, reason, raw[at : at + KEPT_BYTES_MAX])
+                where = place + fault.place if by_octet else place
+                end = fault.place + min(fault.octets, KEPT_BYTES_MAX)
+                self.reject(where, code, fault.reason, raw[fault.place : end])
 
     def reject(self, place: int, code: RejectCode, reason: str, raw: bytes) -> None:
         """Reject a message."""

@@ -34,6 +34,9 @@ from multiradar_schemas.reject import RejectCode
 
 #: The beginning of an object.
 BEGIN = b"{"
+#: Faults of a text, beyond one of ten aircraft, from which the rest is not read: a fault of a few
+#: octets takes a hundred times as much memory.
+FAULTS_MAX = 100
 #: Maximum age of a position, s; readsb drops it after a minute, or ten.
 AGE_MAX_S = 3600.0
 
@@ -82,6 +85,15 @@ class Element:
     values: object
 
 
+@dataclass(frozen=True)
+class Fault:
+    """Where and why a text is not a snapshot, and how many octets were skipped."""
+
+    place: int
+    octets: int
+    reason: str
+
+
 @dataclass
 class Snapshot:
     """Aircraft at a time.
@@ -92,13 +104,19 @@ class Snapshot:
         Unix time as text; empty without.
     elements : list of Element
         The aircraft.
-    fault : tuple of (int, str) or None
-        Where and why the text is not a snapshot.
+    others : int
+        How many of them are neither an object nor a list.
+    fault : Fault or None
+        What was skipped.
+    end : int
+        Where the text continues.
     """
 
     now: str = ""
     elements: list[Element] = field(default_factory=list)
-    fault: tuple[int, str] | None = None
+    others: int = 0
+    fault: Fault | None = None
+    end: int = 0
 
 
 def parsed(text: str) -> Values:
@@ -142,9 +160,22 @@ def snapshots(text: str) -> Iterator[Snapshot]:
     Yields
     ------
     Snapshot
-        In order. Behind a fault it continues with the next snapshot; the fault states how many
-        octets were skipped.
+        In order. Behind a fault it continues with the next snapshot, unless there were too many;
+        the fault states how many octets were skipped.
     """
+    end, faults, aircraft = 0, 0, 0
+    for found in _snapshots(text):
+        yield found
+        end = found.end
+        faults += found.others + (found.fault is not None)
+        aircraft += len(found.elements) - found.others
+        if faults > FAULTS_MAX + aircraft // 10 and end < len(text):
+            why = f"more than {FAULTS_MAX} faults, the rest is not read"
+            yield Snapshot(fault=_fault(end, len(text), why))
+            return
+
+
+def _snapshots(text: str) -> Iterator[Snapshot]:
     files = _FILES.match(text)
     at = _after(_BETWEEN, text, files.end() if files else 0)
     listed = _LIST.search(text, at)
@@ -159,11 +190,12 @@ def snapshots(text: str) -> Iterator[Snapshot]:
         following = _LIST.search(text, listed.end())
         at = _read(text, listed.end(), following.start() if following else len(text), found)
         if found.fault is not None:
-            place, reason = found.fault
+            place = found.fault.place
             at = len(text) if following is None else _begin(text, place, following)
-            found.fault = (place, f"{reason}; {at - place} octets skipped")
+            found.fault = _fault(place, at, found.fault.reason)
+        found.end = at = _after(_BETWEEN, text, at)
         yield found
-        at, listed = _after(_BETWEEN, text, at), following
+        listed = following
     if at < len(text):
         yield _skipped(text, at, len(text))
 
@@ -294,8 +326,14 @@ def _read(text: str, begin: int, end: int, found: Snapshot) -> int:
         except (json.JSONDecodeError, RecursionError) as error:
             place = error.pos if isinstance(error, json.JSONDecodeError) else at
             reason = f"not valid JSON at character {begin + place}: {error.args[0][:80]}"
-            found.fault = (begin + at, reason)
+            found.fault = Fault(begin + at, 0, reason)
             return begin + at
+        if not isinstance(value, dict | list):
+            if found.others >= FAULTS_MAX:
+                reason = f"expected aircraft, found more than {FAULTS_MAX} other values"
+                found.fault = Fault(begin + at, 0, reason)
+                return begin + at
+            found.others += 1
         found.elements.append(Element(begin + at, part[at:after], value))
         at = after
 
@@ -305,7 +343,7 @@ def _closed(part: str, at: int, begin: int, found: Snapshot) -> int:
     try:
         values, after = _DECODER.raw_decode(_OPENING + part[at:])
     except (json.JSONDecodeError, RecursionError):
-        found.fault = (begin + at, "unexpected data after the list of aircraft")
+        found.fault = Fault(begin + at, 0, "unexpected data after the list of aircraft")
         return at
     found.now = found.now or now_of(values)
     return at + after - len(_OPENING)
@@ -329,7 +367,11 @@ def _begin(text: str, at: int, listed: re.Match[str]) -> int:
 
 def _skipped(text: str, at: int, end: int) -> Snapshot:
     reason = f"expected a list of aircraft, found {text[at : min(at + 40, end)]!r}"
-    return Snapshot(fault=(at, f"{reason}; {end - at} octets skipped"))
+    return Snapshot(fault=_fault(at, end, reason), end=end)
+
+
+def _fault(at: int, end: int, reason: str) -> Fault:
+    return Fault(at, end - at, f"{reason}; {end - at} octets skipped")
 
 
 def _after(pattern: re.Pattern[str], text: str, at: int) -> int:
