@@ -1,13 +1,15 @@
 """The security log: who sent, was rejected or changed what. It never has a secret.
 
 Its events are those of the logger `multiradar.security`. Rejections of an address are logged once a
-second with the number of those between, so that an attack cannot fill a disk; that a client sends,
-once a minute. The sender of each message is in the journal.
+second with the number of those between, and those of all addresses ten times a second: addresses
+may be forged, and an attack must not fill a disk. That a client sends is logged once a minute. The
+sender of each message is in the journal.
 """
 
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -20,8 +22,18 @@ SECURITY_LOG = structlog.get_logger("multiradar.security")
 #: Interval between two entries of one event and origin, s: of rejections, and of what is normal.
 INTERVAL_S = 1.0
 NOTE_INTERVAL_S = 60.0
+#: Maximum entries of one event within `INTERVAL_S`, of all origins.
+ENTRIES_MAX = 10
 #: Origins and events retained; the oldest are discarded first.
 RETAINED_MAX = 4096
+
+
+# Entries of an event since a time, s, and what was not logged and is of no retained origin.
+@dataclass(slots=True)
+class _Event:
+    begin_s: float = -inf
+    entries: int = 0
+    unlogged: int = 0
 
 
 class RepeatedEvents:
@@ -36,6 +48,7 @@ class RepeatedEvents:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._seen: OrderedDict[tuple[str, str], tuple[float, int]] = OrderedDict()
+        self._events: dict[str, _Event] = {}
         self._lock = threading.Lock()
 
     def warn(self, event: str, origin: str, **values: Any) -> None:
@@ -60,7 +73,16 @@ class RepeatedEvents:
             if now_s - since_s < interval_s:
                 self._seen[event, origin] = since_s, unlogged + 1
                 return
+            every = self._events.setdefault(event, _Event())
+            if now_s - every.begin_s >= INTERVAL_S:
+                every.begin_s, every.entries = now_s, 0
+            if every.entries >= ENTRIES_MAX:
+                every.unlogged += unlogged + 1
+                return
+            every.entries += 1
+            others, every.unlogged = every.unlogged, 0
             self._seen[event, origin] = now_s, 0
             while len(self._seen) > RETAINED_MAX:
-                self._seen.popitem(last=False)
-        log(event, origin=origin, unlogged=unlogged, **values)
+                (name, _), (_, discarded) = self._seen.popitem(last=False)
+                self._events[name].unlogged += discarded
+        log(event, origin=origin, unlogged=unlogged, unlogged_others=others, **values)

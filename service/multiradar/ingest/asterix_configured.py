@@ -45,6 +45,8 @@ def asterix_gateway(
     )
     decoder = LiveDecoder(of_sensors(sensors, options))
     service.sensor_listeners.append(lambda table: decoder.use(of_sensors(table, options)))
+    # One of all listeners: forged datagrams may be sent to each.
+    events = RepeatedEvents(SystemClock())
     gateway = AsterixGateway(
         labels=wanted.input_labels,
         sources=[
@@ -56,7 +58,7 @@ def asterix_gateway(
                     one.interface,
                     one.receive_buffer_octets,
                     senders=one.senders,
-                    events=RepeatedEvents(SystemClock()),
+                    events=events,
                 )
                 for one in wanted.listen
             ),
