@@ -153,6 +153,11 @@ class FeedSourceSettings(Section):
         return feed_address(self.url)
 
     @property
+    def shown_url(self) -> str:
+        """Address without its query, which may contain a key: for the log and the status."""
+        return urlsplit(self.url)._replace(query="", fragment="").geturl()
+
+    @property
     def label(self) -> str:
         """Name in counters and messages."""
         address = self.address

@@ -168,5 +168,7 @@ def test_a_router_without_a_certificate_is_warned_of() -> None:
     router = free_endpoint()
     with capture_logs() as logs:
         for access in (AccessSettings(), AccessSettings(clients=clients())):
-            ZenohBus(ZenohOptions(listen=(), connect=(router,), access=access)).close()
+            # Options may contain a key.
+            given = ZenohOptions(listen=(), connect=(f"{router}?rel=1#iface=lo",), access=access)
+            ZenohBus(given).close()
     assert [(one["event"], one["endpoint"]) for one in logs] == [("peer_denied", router)]

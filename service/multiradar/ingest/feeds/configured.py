@@ -75,9 +75,10 @@ def _open(source: FeedSourceSettings, timeout_s: float, clock: Clock, wait: Wait
     if scheme in (TCP, LISTEN):
         return open_stream(source.address, timeout_s, source.senders)
     if scheme == FILE:
-        return PolledSnapshots(source.url, file_fetch(Path(path)), source.interval_s, clock, wait)
-    fetch = http_fetch(source.address, timeout_s, clock)
-    return PolledSnapshots(source.url, fetch, source.interval_s, clock, wait)
+        fetch = file_fetch(Path(path))
+    else:
+        fetch = http_fetch(source.address, timeout_s, clock)
+    return PolledSnapshots(source.shown_url, fetch, source.interval_s, clock, wait)
 
 
 def open_stream(address: FeedAddress, timeout_s: float, senders: Sequence[str]) -> FeedConnection:

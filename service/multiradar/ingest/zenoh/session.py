@@ -59,6 +59,8 @@ _DENIED = (
     "clients are configured, and this endpoint has no certificate with the name of one; all its "
     "messages are denied, unless zenoh.config_file contains access control"
 )
+# An endpoint in a text, of a configuration file for example, and its options.
+_OPTIONS = re.compile(r"(?<![^\s\[(,\"'])([\w\[][\w\[\]/.:@%*+-]*)[?#][^\s\"']*")
 # A busy endpoint is tried again so often.
 _LISTEN_RETRY = {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 2}
 
@@ -148,7 +150,7 @@ def _guard(config: zenoh.Config, options: ZenohOptions) -> None:
         if region is None and access.has_credentials:
             for one in _endpoints(config, "connect"):
                 if not one.startswith(_CERTIFIED):
-                    SECURITY_LOG.warning("peer_denied", endpoint=one, reason=_DENIED)
+                    SECURITY_LOG.warning("peer_denied", endpoint=locator(one), reason=_DENIED)
 
 
 def _is_certified(config: zenoh.Config) -> bool:
@@ -422,9 +424,10 @@ def _reject_and_drop(query: zenoh.Query) -> None:
 def first_line(error: Exception, endpoints: Iterable[str] = ()) -> str:
     """Return the message of a Zenoh error without the location in its source.
 
-    Of the configured endpoints only protocol and address are quoted.
+    Of the configured endpoints, and of others that it quotes, only protocol and address are quoted.
     """
     text = str(error)
     for one in endpoints:
         text = text.replace(one, locator(one))
+    text = _OPTIONS.sub(r"\1", text)
     return text.partition("\n")[0].partition(" at /")[0].rstrip(" !")[:300]

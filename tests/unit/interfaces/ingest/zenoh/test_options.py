@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -63,6 +64,22 @@ def test_an_invalid_option_is_rejected_with_a_message(wrong: Any, sentence: str)
 def test_an_invalid_endpoint_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="settings"):
         zenoh_config(ZenohOptions(listen=("nonsense",)))
+
+
+@pytest.mark.parametrize("endpoint", ["nonsense", "[::1]:7447"])
+def test_an_endpoint_of_a_file_is_reported_without_its_options(
+    tmp_path: Path, endpoint: str
+) -> None:
+    """Regression: only the endpoints of the settings were shortened, and options may be keys."""
+    file = tmp_path / "zenoh.json5"
+    given = f"{endpoint}#connect_private_key_base64=c2Vj;a=secret"
+    file.write_text(json.dumps({"connect": {"endpoints": [given]}}))
+    with pytest.raises(ConfigurationError, match=r"zenoh\.json5: ") as error:
+        zenoh_config(ZenohOptions(config_file=file))
+    shown = str(error.value)
+    assert endpoint in shown
+    assert "<protocol>/<address>[?<metadata>][#<config>]" in shown
+    assert not any(part in shown for part in ("c2Vj", "secret", "base64"))
 
 
 @pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:0", "tls/[::1]:0#iface=lo"])
