@@ -1,19 +1,21 @@
 """Decodes queued datagrams and submits measurements and rejects to the service.
 
 Datagrams are collected for a short interval and decoded together, because a batch has a high fixed
-cost and a low cost per record. The result does not depend on the batches.
+cost and a low cost per record. Each listener is a source of its own in the journal, so that invalid
+data of one do not put the others into quarantine.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 
 import numpy as np
+import polars as pl
 import structlog
 from numpy.typing import NDArray
 
-from multiradar.errors import MultiradarError
+from multiradar.errors import MultiradarError, QuarantineError
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.submission import submit_when_possible
@@ -26,7 +28,11 @@ from multiradar_converters.asterix.live.reception import LiveDecoder
 
 _log = structlog.get_logger("multiradar.asterix")
 
+#: Sources of the journal: this, a slash and the name of the listener.
 SOURCE = "asterix"
+#: Reception time, s, over which data of one listener come before those of another. What waited
+#: longer is divided: together, data of one listener would make those of the others late.
+TOGETHER_S = 0.25
 #: Maximum datagrams per batch; bounds memory and latency.
 BATCH_DATAGRAMS_MAX = 8192
 #: Maximum internal errors that are logged.
@@ -91,7 +97,8 @@ class AsterixInlet:
         self._can_wait = can_wait
         self._stopping = (threads or SystemThreads()).event()
         self._failures = 0
-        self._losing = False
+        #: Listeners whose last measurements were lost.
+        self._losing: set[int] = set()
 
     def run(self) -> None:
         """Decode until `stop`, then decode what is still queued."""
@@ -160,27 +167,39 @@ class AsterixInlet:
             _log.warning("asterix_sensor_alarm", sensor=sensor, alarm=alarm, reason=reason)
 
     def _submit(self, part: list[Received], batch: LiveBatch) -> None:
-        """Submit a batch in the order of reception."""
-        rejected = self._rows(part, batch.rejected, len(batch.frame))
-        if not len(batch.frame) and not rejected:
-            return
-        numbers = [one.listener for one in part]
-        listener, patient = (
-            np.array(numbers)[batch.datagram],
-            any(map(self._can_wait, set(numbers))),
-        )
+        """Submit a batch, the data of each listener in the order of reception."""
+        rejected = defaultdict[int, list[RejectedOctets]](list)
+        for one in batch.rejected:
+            rejected[part[one.datagram].listener].append(one)
+        for listener, rows in _pieces(part, batch.datagram):
+            frame = batch.frame if len(rows) == len(batch.frame) else batch.frame[rows]
+            own = self._rows(part, rejected.pop(listener, []), len(rows))
+            self._submit_piece(listener, frame, own)
+        for listener, rest in rejected.items():
+            self._submit_piece(listener, batch.frame[:0], self._rows(part, rest, 0))
+
+    def _submit_piece(
+        self, listener: int, frame: pl.DataFrame, rejected: list[RejectedRow]
+    ) -> None:
+        count = len(frame)
         try:
             future = submit_when_possible(
-                self._sink, batch.frame, rejected, SOURCE, self._stopping.wait, patient=patient
+                self._sink,
+                frame,
+                rejected,
+                f"{SOURCE}/{self._counts.labels[listener]}",
+                self._stopping.wait,
+                patient=self._can_wait(listener),
+                shared=True,
             )
         except MultiradarError as error:
-            self._lost(listener, error)
+            self._lost(listener, count, error)
         except Exception as error:
-            # An internal error of the service: counted here, logged by the caller.
-            self._lost(listener, error)
-            raise
+            # An internal error of the service: the data of other listeners follow.
+            self._lost(listener, count, error)
+            self._failed(error, 0)
         else:
-            future.add_done_callback(lambda done: self._settled(done, listener))
+            future.add_done_callback(lambda done: self._settled(done, listener, count))
 
     def _rows(
         self, part: list[Received], rejected: list[RejectedOctets], first: int
@@ -205,29 +224,42 @@ class AsterixInlet:
             rows.append(RejectedRow(first + len(kept), codes.most_common(1)[0][0], reason))
         return rows
 
-    def _settled(self, done: Future[Receipt], listener: NDArray[np.int64]) -> None:
+    def _settled(self, done: Future[Receipt], listener: int, count: int) -> None:
         error = done.exception()
         if error is not None:
-            self._lost(listener, error)
+            self._lost(listener, count, error)
             return
-        self._losing = False
-        accepted = np.ones(len(listener), dtype=np.bool_)
+        self._losing.discard(listener)
         # Rejects of the decoder have indices behind the measurements.
-        rejected = [row.index for row in done.result().rejected if row.index < len(listener)]
-        accepted[rejected] = False
-        for name, own in (("rows_accepted", accepted), ("rows_rejected", ~accepted)):
-            self._add(name, listener[own])
+        rejected = sum(row.index < count for row in done.result().rejected)
+        self._counts.add(listener, rows_accepted=count - rejected, rows_rejected=rejected)
 
-    def _lost(self, listener: NDArray[np.int64], error: BaseException | None) -> None:
-        self._add("rows_lost", listener)
-        # Logged once when it starts: a failed service accepts none of the following batches.
-        if not self._losing:
-            self._losing = True
-            _log.error("asterix_rows_lost", rows=len(listener), reason=str(error))
+    def _lost(self, listener: int, count: int, error: BaseException) -> None:
+        self._counts.add(listener, rows_lost=count)
+        # Logged once when it starts: a failed service accepts none of the following batches. The
+        # status warns of a quarantine, in which some are accepted again and again.
+        if listener not in self._losing and not isinstance(error, QuarantineError):
+            self._losing.add(listener)
+            label = self._counts.labels[listener]
+            _log.error("asterix_rows_lost", listener=label, rows=count, reason=str(error))
 
-    def _add(self, name: str, listener: NDArray[np.int64]) -> None:
-        for number, count in enumerate(np.bincount(listener).tolist()):
-            self._counts.add(number, **{name: count})
+
+def _pieces(
+    part: list[Received], datagram: NDArray[np.int64]
+) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Yield the rows of each listener, given the datagram of each row."""
+    if not len(datagram):
+        return
+    listener = np.array([one.listener for one in part])[datagram]
+    received_s = np.array([one.received_s for one in part])[datagram]
+    # The clock may be set back.
+    period = np.floor((np.maximum.accumulate(received_s) - received_s[0]) / TOGETHER_S)
+    several = bool((listener != listener[0]).any())
+    ends = np.flatnonzero(np.diff(period)) + 1 if several else ()
+    for rows in np.split(np.arange(len(datagram)), ends):
+        heard, first = np.unique(listener[rows], return_index=True)
+        for number in heard[np.argsort(first)].tolist():
+            yield number, rows[listener[rows] == number]
 
 
 def _concatenated(received: list[Received]) -> Datagrams:

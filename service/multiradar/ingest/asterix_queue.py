@@ -19,7 +19,7 @@ class Received(NamedTuple):
     octets : bytes
         Its content.
     sender : str
-        Address from which it came; empty where a listener has only one.
+        Where it came from: an address or an endpoint; empty if unknown, without a share of its own.
     """
 
     listener: int
@@ -32,7 +32,8 @@ class Received(NamedTuple):
 class DatagramQueue:
     """Queue of datagrams, bounded by number and octets; datagrams that do not fit are dropped.
 
-    One address holds at most half of it, so that its flood leaves room for the others.
+    One sender holds at most half of it, or a single datagram, so that its flood leaves room for the
+    others.
 
     Parameters
     ----------
@@ -64,8 +65,11 @@ class DatagramQueue:
             if len(self._waiting) >= self._datagrams_max or self._octets + size > self._octets_max:
                 return False
             count, held = self._held.get(received.sender, (0, 0))
-            if received.sender and (
-                2 * count >= self._datagrams_max or 2 * (held + size) > self._octets_max
+            # A single datagram may be larger than half of a small queue.
+            if (
+                received.sender
+                and count
+                and (2 * count >= self._datagrams_max or 2 * (held + size) > self._octets_max)
             ):
                 return False
             self._held[received.sender] = count + 1, held + size

@@ -42,7 +42,7 @@ class DatagramSource(Protocol):
 
     @property
     def sender(self) -> str:
-        """Address from which the last datagram came; empty where there is only one."""
+        """Where the last datagram came from: an address or an endpoint."""
         ...
 
     @property

@@ -26,6 +26,7 @@ def submit_when_possible(
     pause: Callable[[float], bool],
     *,
     patient: bool = False,
+    shared: bool = False,
 ) -> Future[Receipt]:
     """Submit measurements; retry while the journal queue is full.
 
@@ -44,6 +45,8 @@ def submit_when_possible(
     patient : bool
         Whether further data can wait at their sender: then it retries until the measurements are on
         disk or the receiver stops, also while the disk is full.
+    shared : bool
+        Whether the receiver serves other sources, too: then it does not wait for one in quarantine.
 
     Returns
     -------
@@ -53,7 +56,7 @@ def submit_when_possible(
     Raises
     ------
     QueueFullError
-        The queue stayed full.
+        The queue stayed full, or the source of a shared receiver is in quarantine.
     MultiradarError
         The service accepts nothing.
     """
@@ -62,7 +65,10 @@ def submit_when_possible(
             future = sink.submit(frame, source=source, rejected=rejected)
         except QueueFullError as error:
             # Meanwhile data wait at the receiver; those that do not fit there are counted.
-            endless = patient and not isinstance(error, QuarantineError)
+            quarantined = isinstance(error, QuarantineError)
+            if shared and quarantined:
+                raise
+            endless = patient and not quarantined
             if (retries >= SUBMIT_RETRIES_MAX and not endless) or pause(error.retry_after_s):
                 raise
             continue

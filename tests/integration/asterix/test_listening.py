@@ -72,7 +72,7 @@ def test_tracks_appear_from_multicast_and_every_octet_is_counted(
     assert {one["mode_s_address"] for one in confirmed} == asterix_scene.addresses()
     assert len(answer["tracks"]) == asterix_scene.AIRCRAFT
     (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert (reject["source"], reject["code"]) == ("asterix", "MALFORMED_BLOCK")
+    assert (reject["source"], reject["code"]) == ("asterix/group", "MALFORMED_BLOCK")
     assert reject["raw"] == bad.hex()
     assert reject["reason"].startswith(f"group, datagram {len(whole) + 1}, octet 0: ")
     metrics = clients.get(f"{application.http_url}/metrics").text

@@ -127,7 +127,7 @@ def test_a_receiver_is_killed_and_restarted_and_its_tracks_go_on(
     assert track["state"] == "confirmed"
     assert track["heading_deg"] == pytest.approx(0.0, abs=1.0)
     (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert (reject["source"], reject["code"]) == ("feeds", "TRUNCATED")
+    assert (reject["source"], reject["code"]) == ("feeds/roof", "TRUNCATED")
     metrics = clients.get(f"{application.http_url}/metrics").text
     assert 'multiradar_feed_reports_total{feed="roof",result="accepted"} 18.0' in metrics
     assert 'multiradar_feed_connected{feed="roof"} 1.0' in metrics

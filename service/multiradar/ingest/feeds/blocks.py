@@ -34,7 +34,6 @@ class BlockStream:
         reconnect_max_s: float = 30.0,
     ) -> None:
         self.lost = 0
-        self.sender = ""
         self._connection, self._clock = connection, clock
         self._pauses_s = reconnect_min_s, reconnect_max_s
         self._pause_s = reconnect_min_s
@@ -46,6 +45,11 @@ class BlockStream:
     @property
     def endpoint(self) -> str:
         """Its address."""
+        return self._connection.endpoint
+
+    @property
+    def sender(self) -> str:
+        """Its address, too: of the queue of all listeners one sender has a part only."""
         return self._connection.endpoint
 
     @property

@@ -20,6 +20,7 @@ from multiradar_converters.feeds.live import FeedBatch, LiveFeed
 
 _log = structlog.get_logger("multiradar.feeds")
 
+#: Sources of the journal: this, a slash and the name of the feed.
 SOURCE = "feeds"
 #: Maximum positions of a batch; bounds the memory.
 BATCH_ROWS_MAX = 8192
@@ -83,6 +84,7 @@ class FeedReader:
         stopping: threading.Event,
     ) -> None:
         self._label = label
+        self._source = f"{SOURCE}/{label}"
         self._connection = connection
         self._feed = feed
         self._sink = sink
@@ -183,7 +185,7 @@ class FeedReader:
             return
         try:
             future = submit_when_possible(
-                self._sink, batch.frame, rows, SOURCE, self._stopping.wait, patient=True
+                self._sink, batch.frame, rows, self._source, self._stopping.wait, patient=True
             )
         except MultiradarError as error:
             self._lost(count, error)

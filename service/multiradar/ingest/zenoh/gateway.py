@@ -27,7 +27,7 @@ _log = logging.getLogger(__name__)
 
 #: Threads that send answers; a querier that does not read occupies one for some seconds.
 _ANSWER_THREADS = 4
-#: Maximum queries queued for those threads. Answers to measurements are bounded by the intake.
+#: Maximum queries queued for those threads. The inlet bounds the answers to measurements.
 _QUERIES_MAX = 1024
 #: Likewise of expensive ones, which have threads of their own.
 _EXPENSIVE_MAX = 64
@@ -147,12 +147,14 @@ class ZenohGateway:
         bus.answer(TRACK_CACHES, self._gate.on_query)
         bus.watch(self._gate.on_arrival)
         bounds = PayloadBounds(options.message_bytes_max, options.message_rows_max)
+        access = options.access
         inlet = MeasurementInlet(
             self._service,
             self.counts,
             bounds,
             self._later,
-            named=options.access.has_credentials,
+            named=access.has_credentials,
+            bound={sensor for client in access.clients for sensor in client.sensors},
             events=self._events,
         )
         bus.answer(FLUSH, inlet.on_flush)

@@ -6,8 +6,10 @@ in the journal, on disk.
 """
 
 import json
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Collection
 from concurrent.futures import Future
+from dataclasses import replace
 
 from pydantic import TypeAdapter
 
@@ -41,6 +43,11 @@ from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import Seconds
 
 SOURCE = "zenoh"
+#: Queries on measurement keys that are not answered yet, and octets of their content: the session
+#: holds a query with its content until its answer is sent.
+OPEN_QUERIES_MAX, OPEN_OCTETS_MAX = 1024, 96 << 20
+#: After which a query beyond them may be sent again, s.
+OPEN_RETRY_S = 1.0
 #: Codes of errors of the service; the first match counts. They are those of HTTP.
 _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
     (QuarantineError, "SOURCE_QUARANTINED"),
@@ -52,11 +59,55 @@ _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
     (JournalError, "JOURNAL_FAILED"),
     (PipelineError, "NOT_READY"),
 )
+# Errors of the sender of a message. After others it is lost if its sender is not answered.
+_OF_SENDER = (InputError, LiveStreamError)
 _PARAMETERS = frozenset({"flush"})
 _FLUSH_PARAMETERS = frozenset({"force"})
 _CLOCK_PARAMETERS = frozenset({"time_s"})
 _TIME_S = TypeAdapter(Seconds)
 _KEY_EXPECTED = f"expected an idempotency key as the attachment: {IDEMPOTENCY_KEY_FORM}"
+
+
+class OpenQueries:
+    """Queries without an answer so far, bounded in number and in octets; for any thread.
+
+    Parameters
+    ----------
+    queries_max, octets_max : int
+        Limits; one query alone may have more octets.
+    """
+
+    def __init__(self, queries_max: int, octets_max: int) -> None:
+        self._queries_max, self._octets_max = queries_max, octets_max
+        self._queries = self._octets = 0
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return self._queries
+
+    def enter(self, octets: int) -> bool:
+        """Add a query; False if there is no room."""
+        with self._lock:
+            if self._queries >= self._queries_max or (
+                self._queries and self._octets + octets > self._octets_max
+            ):
+                return False
+            self._queries += 1
+            self._octets += octets
+            return True
+
+    def leave(self, octets: int) -> None:
+        """Remove a query."""
+        with self._lock:
+            self._queries -= 1
+            self._octets -= octets
+
+    def leave_after(self, answer: Callable[[], None], octets: int) -> None:
+        """Answer a query and remove it."""
+        try:
+            answer()
+        finally:
+            self.leave(octets)
 
 
 class MeasurementInlet:
@@ -76,6 +127,10 @@ class MeasurementInlet:
     named : bool
         Whether clients have names: an end of a stream then has a key of its own, and idempotency
         keys are those of the feeds of a sensor.
+    bound : collection of str
+        Sensors that clients are bound to. What is sent under their keys has a source of its own,
+        so that the quarantine of one client is not that of another. Others share one: their
+        keys do not identify a client, and any number of keys is possible.
     events : RepeatedEvents
         The security log.
     """
@@ -89,6 +144,7 @@ class MeasurementInlet:
         *,
         events: RepeatedEvents,
         named: bool = False,
+        bound: Collection[str] = (),
     ) -> None:
         self._intake = intake
         self._events = events
@@ -96,22 +152,22 @@ class MeasurementInlet:
         self._counts = counts
         self._bounds = bounds
         self._later = later
+        self._bound = frozenset(bound)
+        self._open = OpenQueries(OPEN_QUERIES_MAX, OPEN_OCTETS_MAX)
 
     def on_sample(self, message: Message) -> None:
         """Ingest a sample."""
         self._counts.add(messages_read=1)
         try:
             decoded = self._decoded(message, message.payload)
-            future = self._submit(decoded, self._idempotency_key(message))
+            future = self._submit(decoded, message)
         except PayloadError as error:
             self._malformed(error, message.key)
-        except QueueFullError as error:
-            self._counts.add(messages_lost_upstream=1)
-            self._counts.alarm(_code(error), str(error), message.key)
         except MultiradarError as error:
-            self._rejected(error, message.key)
+            self._not_taken(error, message.key)
         else:
-            future.add_done_callback(lambda done: self._settled(done, message.key))
+            key = message.key
+            future.add_done_callback(lambda done: self._settled(done, key, self._not_taken))
 
     def on_query(self, request: Request) -> None:
         """Ingest a query; it is answered when its content is on disk."""
@@ -129,20 +185,34 @@ class MeasurementInlet:
 
     def _take(self, request: Request, submit: Callable[[Request], "Future[Receipt]"]) -> None:
         self._counts.add(messages_read=1)
+        octets = len(request.payload or b"")
+        if not self._open.enter(octets):
+            full = QueueFullError("answers", len(self._open), OPEN_RETRY_S)
+            self._rejected(full, request.key)
+            _reject_for(request, full)
+            return
+        # What waits for its answer does not need its content.
+        asked = replace(request, payload=None)
+
+        def later(answer: Callable[[], None]) -> None:
+            self._later(lambda: self._open.leave_after(answer, octets))
+
         try:
             future = submit(request)
         except PayloadError as error:
             self._malformed(error, request.key)
             code, reason = error.code, error.reason
-            self._later(lambda: _reject(request, code, reason))
+            later(lambda: _reject(asked, code, reason))
         except MultiradarError as error:
             self._rejected(error, request.key)
             rejection = error
-            self._later(lambda: _reject_for(request, rejection))
+            later(lambda: _reject_for(asked, rejection))
+        except BaseException:
+            # A bug: the session answers.
+            self._open.leave(octets)
+            raise
         else:
-            future.add_done_callback(
-                lambda done: self._later(lambda: self._answer_settled(done, request))
-            )
+            future.add_done_callback(lambda done: later(lambda: self._answer_settled(done, asked)))
 
     def _operate(
         self, request: Request, key: str, submit: Callable[[Request], "Future[Receipt]"]
@@ -170,6 +240,7 @@ class MeasurementInlet:
         return self._intake.set_clock(time_s, source=SOURCE, idempotency_key=key)
 
     def _submit_query(self, request: Request) -> "Future[Receipt]":
+        # An attachment that is no key is the first error.
         idempotency_key = self._idempotency_key(request)
         _require_known(request, _PARAMETERS)
         if "flush" in request.parameters and not request.payload:
@@ -181,15 +252,16 @@ class MeasurementInlet:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
             raise PayloadError("MISSING_FIELD", "the query contains no measurements")
-        return self._submit(self._decoded(request, request.payload), idempotency_key)
+        return self._submit(self._decoded(request, request.payload), request)
 
     def _decoded(self, message: Message | Request, payload: bytes) -> Decoded:
         # Before its rows are read, which takes a second at the maximum size.
-        self._intake.require_source(SOURCE)
+        source = self._source(message)
+        self._intake.require_source(source)
         try:
             return read_payload(message.key, message.media_type, payload, self._bounds)
         except PayloadError:
-            self._intake.note_unreadable(SOURCE, len(payload))
+            self._intake.note_unreadable(source, len(payload))
             raise
 
     # The session does not learn the name of a client, but admits only its feeds to a sensor's key.
@@ -197,18 +269,24 @@ class MeasurementInlet:
         sender = f"{SOURCE}/{last_part(message.key)}" if self._named else ""
         return key_of_sender(sender, _idempotency_key(message.attachment))
 
-    def _submit(self, decoded: Decoded, idempotency_key: str | None) -> "Future[Receipt]":
+    def _source(self, message: Message | Request) -> str:
+        sensor = last_part(message.key)
+        return f"{SOURCE}/{sensor}" if sensor in self._bound else SOURCE
+
+    def _submit(self, decoded: Decoded, message: Message | Request) -> "Future[Receipt]":
         return self._intake.submit(
             decoded.frame,
-            source=SOURCE,
-            idempotency_key=idempotency_key,
+            source=self._source(message),
+            idempotency_key=self._idempotency_key(message),
             rejected=decoded.rejected,
         )
 
-    def _settled(self, done: "Future[Receipt]", key: str) -> bool:
+    def _settled(
+        self, done: "Future[Receipt]", key: str, failed: Callable[[BaseException, str], None]
+    ) -> bool:
         error = done.exception()
         if error is not None:
-            self._rejected(error, key)
+            failed(error, key)
             return False
         receipt = done.result()
         self._counts.add(messages_taken=1)
@@ -223,7 +301,7 @@ class MeasurementInlet:
         return True
 
     def _answer_settled(self, done: "Future[Receipt]", request: Request) -> None:
-        if self._settled(done, request.key):
+        if self._settled(done, request.key, self._rejected):
             answer = receipt_json(done.result())
             request.reply(_reply_key(request.key), answer, b"")
             request.finish()
@@ -234,6 +312,13 @@ class MeasurementInlet:
         self._counts.add(messages_malformed=1)
         self._events.warn("rejected", SOURCE, code=error.code, path=key[:200])
         self._counts.alarm(error.code, error.reason, key)
+
+    def _not_taken(self, error: BaseException, key: str) -> None:
+        if isinstance(error, _OF_SENDER):
+            self._rejected(error, key)
+            return
+        self._counts.add(messages_lost_upstream=1)
+        self._counts.alarm(_code(error), _reason(error)[:300], key)
 
     def _rejected(self, error: BaseException, key: str) -> None:
         self._counts.add(messages_refused=1)

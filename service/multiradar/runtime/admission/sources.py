@@ -27,14 +27,16 @@ UNREADABLE_ROW_OCTETS = 1024
 SOURCES_MAX = 1000
 OTHERS = "others"
 
-# Rejected by the time of their arrival, which says nothing about what a source sends: one that
-# catches up after a failure is not hostile, and storms are bounded by sensor.
+# Rejected by the time of their arrival or by an operator's choice, which says nothing about what a
+# source sends: one that catches up after a failure is not hostile, nor is the feed of a sensor that
+# was disabled, and storms are bounded by sensor.
 _CIRCUMSTANCES = frozenset(
     {
         RejectCode.TIME_LATE,
         RejectCode.TIME_FUTURE,
         RejectCode.RATE_EXCEEDED,
         RejectCode.DUPLICATE,
+        RejectCode.SENSOR_DISABLED,
     }
 )
 

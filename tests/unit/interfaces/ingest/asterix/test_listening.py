@@ -15,6 +15,7 @@ from multiradar.errors import (
     JournalFullError,
     MultiradarError,
     PipelineError,
+    QuarantineError,
     QueueFullError,
 )
 from multiradar.ingest import asterix_gateway, submission
@@ -43,6 +44,7 @@ class Taken:
     frames: list[tuple[str, pl.DataFrame]] = field(default_factory=list)
     rejected: list[tuple[str, RejectedRow]] = field(default_factory=list)
     rejecting: tuple[int, ...] = ()
+    quarantined: tuple[str, ...] = ()
 
     def submit(
         self,
@@ -52,6 +54,8 @@ class Taken:
         idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
+        if source in self.quarantined:
+            raise QuarantineError(source, 60.0)
         if self.failures:
             raise self.failures.pop(0)
         future: Future[Receipt] = Future()
@@ -158,7 +162,7 @@ def test_what_listeners_hear_is_handed_in_and_counted_by_listener(
     one.sources[1].send(plot(2.0))
     one.until("rows_accepted", 2)
     one.until("rows_accepted", 1, listener=1)
-    assert {source for source, _ in one.service.frames} == {"asterix"}
+    assert {source for source, _ in one.service.frames} == {"asterix/north", "asterix/south"}
     assert one.service.rows == 3
     assert one.number("octets") == one.number("octets_decoded") == 2 * len(plot(0.0))
 
@@ -195,8 +199,44 @@ def test_a_batch_keeps_the_order_of_reception_over_all_listeners() -> None:
     for k in range(10):
         queue.put(Received(k % 2, k + 1, NOON_S + k, plot(float(k))))
     work.drain()
-    ((_, frame),) = service.frames
-    assert frame["time_s"].to_list() == [NOON_S + k for k in range(10)]
+    times = [frame["time_s"].to_list() for _, frame in service.frames]
+    assert times == [[NOON_S + k] for k in range(10)]
+    # What arrives at about the same time is put together.
+    service.frames.clear()
+    for k in range(10):
+        queue.put(Received(k % 2, 11 + k, NOON_S + 10.0 + 0.01 * k, plot(10.0 + 0.01 * k)))
+    work.drain()
+    assert [(source, len(frame)) for source, frame in service.frames] == [
+        ("asterix/north", 5),
+        ("asterix/south", 5),
+    ]
+
+
+def test_the_quarantine_of_a_listener_neither_delays_nor_loses_data_of_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Regression: all listeners were one source, and the decoder waited for it."""
+    service, queue = Taken(quarantined=("asterix/north",)), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    for k in range(4):
+        queue.put(Received(k % 2, k + 1, NOON_S + k, plot(float(k))))
+    queue.put(Received(1, 5, NOON_S + 4.0, b"\x31\x00\x04\x80"))
+    monkeypatch.setattr(work._stopping, "wait", lambda _s: pytest.fail("it waits"))
+    work.drain()
+    lost = [gateway.counts.number(k, "rows_lost") for k in (0, 1)]
+    accepted = [gateway.counts.number(k, "rows_accepted") for k in (0, 1)]
+    assert (lost, accepted) == ([2, 0], [0, 2])
+    assert [source for source, _ in service.rejected] == ["asterix/south"]
+
+
+def test_a_fault_of_the_service_loses_the_data_of_one_listener() -> None:
+    service, queue = Taken(failures=[RuntimeError("a mistake")]), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    for k in range(2):
+        queue.put(Received(k, k + 1, NOON_S, plot(float(k))))
+    work.drain()
+    assert [gateway.counts.number(k, "rows_lost") for k in (0, 1)] == [1, 0]
+    assert [gateway.counts.number(k, "rows_accepted") for k in (0, 1)] == [0, 1]
 
 
 def test_datagrams_without_plots_are_decoded_and_nothing_is_submitted() -> None:
@@ -211,13 +251,13 @@ def test_datagrams_without_plots_are_decoded_and_nothing_is_submitted() -> None:
 def test_what_the_service_rejects_is_counted_by_listener() -> None:
     service, queue = Taken(rejecting=(0, 2)), DatagramQueue(1000, 1 << 20)
     work, gateway = inlet(service, queue)
-    for k in range(4):
-        queue.put(Received(k // 2, k + 1, NOON_S + k, plot(float(k))))
-    queue.put(Received(0, 5, NOON_S, b"\x31\x00\x04\x80"))
+    for k in range(6):
+        queue.put(Received(k // 3, k + 1, NOON_S, plot(float(k))))
+    queue.put(Received(0, 7, NOON_S, b"\x31\x00\x04\x80"))
     work.drain()
     for listener in (0, 1):
         assert gateway.counts.number(listener, "rows_accepted") == 1
-        assert gateway.counts.number(listener, "rows_rejected") == 1
+        assert gateway.counts.number(listener, "rows_rejected") == 2
 
 
 def test_a_rejection_keeps_listener_number_octet_and_content(

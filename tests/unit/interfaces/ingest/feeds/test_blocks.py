@@ -3,6 +3,7 @@
 import pytest
 
 from multiradar.clock import FixedClock
+from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.feeds import blocks, connections
 from multiradar.ingest.feeds.blocks import BlockStream
 from multiradar.ingest.feeds.connections import MemoryConnection
@@ -40,6 +41,23 @@ def stream(connection: MemoryConnection, clock: FixedClock) -> BlockStream:
 def test_only_whole_blocks_are_returned(stream: BlockStream, connection: MemoryConnection) -> None:
     connection.send(ONE[:2], ONE[2:] + LEAST + ONE[:4], ONE[4:])
     assert [stream.receive() for _ in range(4)] == [None, ONE + LEAST, ONE, None]
+
+
+def test_a_stream_has_a_sender_so_that_it_leaves_half_of_the_queue_to_others(
+    stream: BlockStream, connection: MemoryConnection
+) -> None:
+    """Regression: a stream without a sender could fill the queue of all listeners."""
+    assert stream.sender == connection.endpoint
+    queue = DatagramQueue(100, 1 << 20)
+    flood = [queue.put(Received(0, k, 0.0, ONE, stream.sender)) for k in range(1000)]
+    assert sum(flood) == 50
+    assert queue.put(Received(1, 1, 0.0, ONE, "192.0.2.1"))
+
+
+def test_one_piece_of_a_stream_may_be_more_than_half_of_the_queue() -> None:
+    queue = DatagramQueue(100, 100)
+    assert queue.put(Received(0, 1, 0.0, bytes(60), "tcp/192.0.2.1:1"))
+    assert not queue.put(Received(0, 2, 0.0, bytes(1), "tcp/192.0.2.1:1"))
 
 
 def test_what_is_no_block_ends_the_connection(

@@ -39,7 +39,7 @@ class Sink:
         self, frame: pl.DataFrame, *, source: str, idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:  # fmt: skip
-        assert source == "feeds"
+        assert source == "feeds/one"
         assert idempotency_key is None
         if self.faults:
             raise self.faults.pop(0)

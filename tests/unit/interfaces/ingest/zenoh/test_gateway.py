@@ -10,7 +10,14 @@ import pytest
 from structlog.testing import capture_logs
 
 from multiradar.clock import SystemClock
-from multiradar.errors import JournalError, QueueFullError, TrajectoryError
+from multiradar.errors import (
+    IdempotencyConflictError,
+    JournalError,
+    JournalFullError,
+    PipelineError,
+    QueueFullError,
+    TrajectoryError,
+)
 from multiradar.ingest.zenoh.bus import Message
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
@@ -19,6 +26,8 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.queries.deadline import check_deadline
 from multiradar.runtime.queries.parameters import PATH_STEP_DEFAULT_S
+from multiradar.settings.access import AccessSettings
+from support.access import clients
 from support.fakes.fake_service import FakeService
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.zenoh_scene import StreamingView
@@ -118,6 +127,25 @@ def test_what_cannot_be_read_counts_for_the_quarantine(scene: Scene) -> None:
     assert len(scene.service.unreadable) == 2
 
 
+def test_a_sensor_of_a_client_is_a_source_of_its_own() -> None:
+    """All feeds were one source: one of them put all into quarantine."""
+    running = Scene(ZenohOptions(access=AccessSettings(clients=clients())))
+    running.gateway.start()
+    # The client `radar` sends for 41-10 only; two others send for any sensor.
+    for sensor in ("41-10", "41-20", "x1"):
+        payload = json.dumps([PLOT | {"sensor_id": sensor}]).encode()
+        running.bus.deliver(Message(f"multiradar/v1/measurements/{sensor}", payload, ""))
+        running.bus.deliver(Message(f"multiradar/v1/measurements/{sensor}", b"[{", ""))
+    running.service.quarantined_sources = ("zenoh",)
+    asked = [running.bus.ask(KEY.replace("41-10", one), payload=PAYLOAD) for one in ("41-10", "x")]
+    running.gateway.stop()
+    sources = [one.source for one in running.service.submissions]
+    assert sources == ["zenoh/41-10", "zenoh", "zenoh", "zenoh/41-10"]
+    assert [one for one, _ in running.service.unreadable] == sources[:3]
+    assert [len(one.replies) for one in asked] == [1, 0]
+    assert json.loads(asked[1].errors[0])["code"] == "SOURCE_QUARANTINED"
+
+
 def rejected(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
     def answer(_submission: Any, _future: "Future[Receipt]") -> None:
         raise error
@@ -150,11 +178,23 @@ def test_a_query_that_cannot_be_taken_is_rejected_with_a_code(
     assert not found.replies
 
 
-def test_a_sample_that_finds_the_intake_full_is_counted_as_lost(scene: Scene) -> None:
-    scene.service.answer = rejected(QueueFullError("intake", 9, 2.0))
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        (rejected(QueueFullError("intake", 9, 2.0)), "QUEUE_FULL"),
+        (rejected(PipelineError("stopping")), "NOT_READY"),
+        (failed(JournalFullError("no space left")), "JOURNAL_FULL"),
+        (failed(JournalError("no")), "JOURNAL_FAILED"),
+        (failed(RuntimeError("a fault")), "INTERNAL"),
+    ],
+)
+def test_a_sample_that_cannot_be_taken_is_counted_as_lost(
+    scene: Scene, answer: Callable[[Any, "Future[Receipt]"], None], code: str
+) -> None:
+    scene.service.answer = answer
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
-    assert scene.count("messages_lost_upstream") == 1
-    assert scene.gateway.counts.document()["alarms"][-1]["code"] == "QUEUE_FULL"
+    assert (scene.count("messages_lost_upstream"), scene.count("messages_refused")) == (1, 0)
+    assert scene.gateway.counts.document()["alarms"][-1]["code"] == code
 
 
 def test_a_handler_that_fails_is_reported_and_the_query_is_rejected(scene: Scene) -> None:
@@ -227,11 +267,12 @@ def test_every_message_is_accounted_for(scene: Scene) -> None:
     scene.bus.deliver(Message(KEY, b"[{", "application/json"))
     scene.service.answer = rejected(QueueFullError("intake", 9, 2.0))
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
-    scene.service.answer = failed(JournalError("no"))
-    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
+    for error in (JournalError("no"), IdempotencyConflictError("k", 1)):
+        scene.service.answer = failed(error)
+        scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
     ends = ("taken", "malformed", "lost_upstream", "refused")
-    assert [scene.count(f"messages_{end}") for end in ends] == [1, 1, 1, 1]
-    assert scene.count("messages_read") == 4
+    assert [scene.count(f"messages_{end}") for end in ends] == [1, 1, 2, 1]
+    assert scene.count("messages_read") == 5
 
 
 @pytest.mark.parametrize(
