@@ -72,6 +72,7 @@ def main() -> int:
         ours.send("end")
         updates = np.array(ours.recv())
         reader.join()
+        start_s = sky.restart()
     at_s, time_s, radar = updates.T
     since_s, delay_s = time_s - data_s, at_s - begin_s - (time_s - data_s)
     others = (radar != list(SITES).index(_RADAR)) & (since_s >= 0.0)
@@ -87,7 +88,8 @@ def main() -> int:
     print(
         f"{options.plots} plots per second for {options.seconds:.0f} s: {storm.accepted} accepted, "
         f"{storm.unsent} not sent after 429, rejected {dict(storm.rejected)}; "
-        f"{status['tracks']} tracks, alarms {status['sensor_alarms']}"
+        f"{status['tracks']} tracks, alarms {status['sensor_alarms']}; killed and started again in "
+        f"{start_s:.1f} s"
     )
     return int(behind_s[others].max() > _LIMIT_S)
 

@@ -30,6 +30,7 @@ CLOCK = SystemClock()
 _ARROW = "application/vnd.apache.arrow.stream"
 _TIMEOUT_S = 600.0
 _PAST_S = 7200.0
+_POLL_S = 0.1
 
 Floats = NDArray[np.float64]
 _TEXTS = ("sensor_id", "kind", "mode_3a", "mode_s_address", "callsign")
@@ -180,11 +181,8 @@ class Traffic:
         settings: Mapping[str, str] | None = None, *, past_s: float = _PAST_S,
     ) -> None:  # fmt: skip
         self.sky = Sky(aircraft)
-        self._process = started(folder, sensors_text(), settings=settings)
-        if self._process.stdout is None:
-            raise SystemExit("the service has no output")
-        self.url: str = json.loads(self._process.stdout.readline())["http"]
-        self._client = httpx.Client(base_url=self.url, timeout=_TIMEOUT_S)
+        self._folder, self._settings = folder, settings
+        self._start()
         self._sent_s = 0.0
         # In the past, so that no measurement is from the future.
         self._origin_s = CLOCK.now_s() - past_s
@@ -247,6 +245,24 @@ class Traffic:
     def pid(self) -> int:
         """The process of the service."""
         return self._process.pid
+
+    def restart(self) -> float:
+        """Kill the service, start it again on its journal; return the time until it answers, s."""
+        began_s = CLOCK.monotonic_s()
+        self._client.close()
+        self._process.kill()
+        self._process.wait()
+        self._start()
+        while self._client.get("/v1/status").status_code != httpx.codes.OK:
+            threading.Event().wait(_POLL_S)
+        return CLOCK.monotonic_s() - began_s
+
+    def _start(self) -> None:
+        self._process = started(self._folder, sensors_text(), settings=self._settings)
+        if self._process.stdout is None:
+            raise SystemExit("the service has no output")
+        self.url: str = json.loads(self._process.stdout.readline())["http"]
+        self._client = httpx.Client(base_url=self.url, timeout=_TIMEOUT_S)
 
     def processor_s(self) -> float:
         """Return the processor time that the service has used, s."""

@@ -8,7 +8,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.settings.feeds import LISTEN
 from multiradar.settings.service import Settings
 
-_REMEDY = "or start with --insecure to give every host on that network full access"
+_REMEDY = "or start with --insecure to let every host on that network send and read"
 
 
 def is_loopback(host: str) -> bool:

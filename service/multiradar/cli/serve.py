@@ -124,7 +124,7 @@ def serve(
         typer.Option(
             "--insecure",
             help="Listen on non-loopback addresses without authentication: every host on the "
-            "network then has full access.",
+            "network may then send and read.",
         ),
     ] = False,
     config: ConfigOption = None,

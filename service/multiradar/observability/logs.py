@@ -120,14 +120,28 @@ def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = 
         library.setLevel(max(logging.WARNING, root.level))
 
 
+# Names and contents come from clients: they must neither begin a line nor control a terminal.
+# JSON escapes them itself.
+def _escaped(
+    _logger: Any, _method: str, event: MutableMapping[str, Any]
+) -> MutableMapping[str, Any]:
+    for name, value in event.items():
+        if isinstance(value, str) and not value.isprintable():
+            event[name] = "".join(
+                one if one.isprintable() else one.encode("unicode_escape").decode() for one in value
+            )
+    return event
+
+
 def _renderers(form: str, stream: TextIO) -> list[structlog.typing.Processor]:
     if form == "text":
         return [
+            _escaped,
             structlog.dev.ConsoleRenderer(
                 timestamp_key="time",
                 colors=stream.isatty(),
                 # The default logs all local variables: secrets, and seconds of work.
                 exception_formatter=structlog.dev.plain_traceback,
-            )
+            ),
         ]
     return [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]

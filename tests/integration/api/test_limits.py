@@ -72,6 +72,7 @@ def _code(answer: bytes) -> tuple[bytes, str]:
     return head.split()[1], json.loads(body)["code"]
 
 
+@pytest.mark.fault(35)
 def test_a_long_body_is_rejected_by_its_length_before_it_is_sent(raw: RawClient) -> None:
     raw.send(_post(b"Content-Length: 100001\r\nExpect: 100-continue\r\n"))
     answer = raw.answer()
@@ -80,6 +81,7 @@ def test_a_long_body_is_rejected_by_its_length_before_it_is_sent(raw: RawClient)
     assert b"100 Continue" not in answer
 
 
+@pytest.mark.fault(35)
 def test_an_endless_chunked_body_is_rejected_at_the_limit(raw: RawClient, port: int) -> None:
     raw.send(_post(b"Transfer-Encoding: chunked\r\n"))
     chunk = b"2000\r\n" + b"\n" * 0x2000 + b"\r\n"
@@ -129,6 +131,7 @@ def test_ambiguous_headers_are_rejected(raw: RawClient, port: int, headers: byte
     assert _alive(port)
 
 
+@pytest.mark.fault(36)
 def test_a_request_hidden_in_a_body_is_not_answered(raw: RawClient, service: FakeService) -> None:
     hidden = b"0\r\n\r\nPOST /v1/flush HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\n\r\n"
     length = b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n" % len(hidden)
@@ -176,6 +179,7 @@ def test_a_silent_connection_is_dropped(hasty: RawClient) -> None:
     assert hasty.answer() == b""
 
 
+@pytest.mark.fault(36)
 def test_headers_that_trickle_are_dropped(hasty: RawClient) -> None:
     hasty.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n")
     hasty.socket.setblocking(False)
@@ -212,6 +216,7 @@ def test_many_silent_connections_do_not_block_others() -> None:
         assert _alive(port)
 
 
+@pytest.mark.fault(36)
 def test_slow_bodies_do_not_hold_the_connections_of_others() -> None:
     limits = replace(LIMITS, connections_max=10)
     service = FakeService()

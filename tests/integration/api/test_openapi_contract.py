@@ -54,6 +54,7 @@ def application(tmp_path: Path) -> Iterator[FastAPI]:
     service.stop()
 
 
+@pytest.mark.fault(40)
 def test_requests_made_from_openapi_are_answered_as_it_declares(application: FastAPI) -> None:
     # Imported here: half a second in every other process of the tests.
     import schemathesis

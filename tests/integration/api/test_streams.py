@@ -231,6 +231,7 @@ def test_a_page_of_another_origin_gets_no_stream(port: int) -> None:
         pytest.fail("the socket was accepted")
 
 
+@pytest.mark.fault(34)
 def test_fifty_clients_get_the_same_events(port: int, view: FakeView) -> None:
     with contextlib.ExitStack() as crowd:
         streams = [crowd.enter_context(_socket(port, "?after=0")) for _ in range(50)]
@@ -241,6 +242,7 @@ def test_fifty_clients_get_the_same_events(port: int, view: FakeView) -> None:
     _wait_for_subscribers(view, 0)
 
 
+@pytest.mark.fault(34)
 def test_streams_beyond_the_limit_are_asked_to_retry_later(port: int, view: FakeView) -> None:
     with contextlib.ExitStack() as crowd:
         for _ in range(LIMITS.streams_max):
@@ -255,6 +257,7 @@ def test_streams_beyond_the_limit_are_asked_to_retry_later(port: int, view: Fake
     _wait_for_subscribers(view, 0)
 
 
+@pytest.mark.fault(33)
 def test_a_socket_that_is_not_read_is_closed_and_delays_no_other(
     hasty: int, view: FakeView
 ) -> None:

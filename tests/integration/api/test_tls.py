@@ -78,6 +78,7 @@ def test_a_certificate_counts_for_streams(secured: Secured) -> None:
         socket.send("ends it")
 
 
+@pytest.mark.fault(42)
 def test_a_stream_ends_with_its_certificate(secured: Secured) -> None:
     clock = FixedClock(SystemClock().now_s())
     application = guarded_api(FakeService(), authentication(clock=clock))
@@ -183,6 +184,7 @@ def _open_connections() -> float:
     return family.samples[0].value
 
 
+@pytest.mark.fault(42)
 def test_a_certificate_of_another_authority_is_rejected(secured: Secured, tmp_path: Path) -> None:
     stranger = Authority(tmp_path, "another-authority")
     with pytest.raises(httpx.TransportError):
@@ -203,6 +205,7 @@ def test_old_protocols_and_plain_http_get_no_answer(
         clients.get(f"http://127.0.0.1:{secured.port}/healthz")
 
 
+@pytest.mark.fault(42)
 def test_files_that_cannot_be_used_are_named(tmp_path: Path) -> None:
     (tmp_path / "service.pem").write_text("no certificate")
     files = TlsFiles(tmp_path / "service.pem", tmp_path / "service.key")

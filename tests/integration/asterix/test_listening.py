@@ -143,6 +143,7 @@ def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
     assert content.startswith(bytes.fromhex(reject["raw"].partition("…")[0]))
 
 
+@pytest.mark.fault(8, 20)
 def test_forged_times_of_one_radar_cost_the_other_nothing(
     serving: Callable[..., Application],
 ) -> None:

@@ -38,6 +38,7 @@ def nothing_left(folder: Path) -> bool:
         (lambda p: recode(p / "plots.txt", "utf-16-be"), "found UTF-16"),
     ],
 )
+@pytest.mark.fault(4)
 def test_a_dump_that_cannot_be_read_is_named_and_leaves_nothing(
     tmp_path: Path, dump: Path, spoil: Any, said: str
 ) -> None:
@@ -99,6 +100,7 @@ def test_an_output_that_exists_is_rejected_untouched(tmp_path: Path, dump: Path,
 
 
 @pytest.mark.parametrize("name", dumps.FILES)
+@pytest.mark.fault(2)
 def test_a_file_cut_at_any_byte_gives_its_whole_lines_and_accounts_for_the_rest(
     tmp_path: Path, name: str
 ) -> None:
@@ -127,6 +129,7 @@ def test_a_file_cut_at_any_byte_gives_its_whole_lines_and_accounts_for_the_rest(
     ("text", "hint"),
     [(b"13,8", "decimal comma"), (b"08:00:00.5", "time of day"), (b"13;8", "was '13;8'")],
 )
+@pytest.mark.fault(3)
 def test_a_number_in_another_form_is_explained(
     tmp_path: Path, dump: Path, text: bytes, hint: str
 ) -> None:
@@ -230,6 +233,7 @@ def test_a_header_repeated_within_a_file_is_a_header(tmp_path: Path, dump: Path)
         ("sensor", "1\x000", "ENCODING"),
     ],
 )
+@pytest.mark.fault(3, 9, 10)
 def test_absurd_values_are_rejected_by_name(
     tmp_path: Path, dump: Path, field: str, text: str, code: str
 ) -> None:

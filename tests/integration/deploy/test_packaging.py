@@ -105,6 +105,7 @@ def test_the_service_understands_the_environment_of_compose(
     assert str(config_file) in mounted
 
 
+@pytest.mark.fault(41)
 def test_the_image_runs_unprivileged_and_is_installed_by_hash() -> None:
     found = instructions()
     stages = [rest for name, rest in found if name == "FROM"]
@@ -147,6 +148,7 @@ def test_all_extras_are_pinned() -> None:
 
 
 @pytest.mark.parametrize("vulnerable", ["dev", None])
+@pytest.mark.fault(41)
 def test_all_pins_are_audited_one_file_after_the_other(
     vulnerable: str | None, tmp_path: Path
 ) -> None:

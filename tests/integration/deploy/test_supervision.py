@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from multiradar.observability.supervisor import Supervisor
 from support.processes import clients
 from support.processes.commands import Command, run_command
@@ -44,6 +46,7 @@ def _post(url: str, time_s: float, rows: int) -> int:
         return client.post("/v1/measurements", json=plots).status_code
 
 
+@pytest.mark.fault(21, 28)
 def test_a_process_that_cannot_write_ends_and_the_next_one_continues(tmp_path: Path) -> None:
     sensors, state, notify = tmp_path / "sensors.toml", tmp_path / "state", tmp_path / "notify"
     sensors.write_text(SENSORS)
@@ -92,6 +95,7 @@ def test_a_process_whose_journal_is_removed_ends(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.fault(26)
 def test_a_process_that_is_stuck_reports_nothing(tmp_path: Path) -> None:
     notify, asked, why = tmp_path / "notify", [0], [""]
 

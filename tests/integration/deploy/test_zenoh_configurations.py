@@ -303,12 +303,14 @@ def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
     assert len(guarded.service.submissions) == taken
 
 
+@pytest.mark.fault(42)
 def test_a_certificate_of_another_authority_is_rejected(guarded: Guarded, tmp_path: Path) -> None:
     stranger = Authority(tmp_path / "stranger", "another-authority")
     with pytest.raises(zenoh.ZError):
         zenoh.open(guarded.client("display", stranger))
 
 
+@pytest.mark.fault(42)
 def test_a_client_without_a_certificate_or_without_tls_is_rejected(guarded: Guarded) -> None:
     without = client_config(guarded.endpoint)
     without.insert_json5("connect/timeout_ms", "1500")
@@ -337,6 +339,7 @@ def test_a_known_authority_does_not_give_rights_to_an_unknown_name(guarded: Guar
     ("name", "asked"),
     [("feed-41-10", "measurements/41-10"), ("display", "status"), ("somebody", "status")],
 )
+@pytest.mark.fault(20)
 def test_no_client_can_speak_for_the_service_to_another(
     guarded: Guarded, name: str, asked: str
 ) -> None:

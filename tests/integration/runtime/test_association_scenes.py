@@ -30,6 +30,7 @@ ADDRESSES = ("track_number",)
         ("primary-only", NAMELESS), ("garbled-codes", CODES), ("newcomers", NAMELESS),
     ],
 )  # fmt: skip
+@pytest.mark.fault(18)
 def test_every_aircraft_has_one_track_and_every_track_one_aircraft(
     tmp_path: Path, name: str, hidden: tuple[str, ...]
 ) -> None:

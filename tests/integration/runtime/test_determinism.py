@@ -73,6 +73,7 @@ def test_events_are_numbered_without_gap_and_contain_every_update(
     assert kinds["status"] == int(ROWS * 0.05 / 10.0) - 1
 
 
+@pytest.mark.fault(28, 29)
 def test_numbers_go_on_over_a_restart_in_the_middle(
     tmp_path: Path, expected: tuple[list[Event], str]
 ) -> None:

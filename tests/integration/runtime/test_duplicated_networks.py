@@ -108,6 +108,7 @@ def test_errors_are_as_claimed_with_copies_as_without(
         assert deceived > 1.3 * single
 
 
+@pytest.mark.fault(5)
 def test_no_duplicate_plot_initiates_a_track(twice: Scenario, table: SensorTable) -> None:
     _, batch = rows(twice, table)
     outputs, _ = played(batch, table, NAMELESS)

@@ -104,6 +104,7 @@ def worst_m(tracks: pl.DataFrame, aircraft: int, since_s: float) -> float:
 
 
 @CASES
+@pytest.mark.fault(19)
 def test_reports_that_jump_are_flagged_within_three_scans_and_not_followed(
     filter_name: str, hidden: tuple[str, ...]
 ) -> None:
@@ -138,6 +139,7 @@ def test_an_on_board_error_is_flagged_within_three_scans_of_the_first_report(
 
 
 @CASES
+@pytest.mark.fault(19)
 def test_an_aircraft_that_radars_should_see_and_do_not_is_flagged_and_kept(
     filter_name: str, hidden: tuple[str, ...]
 ) -> None:
@@ -165,6 +167,7 @@ def test_no_other_aircraft_is_flagged_even_outside_radar_coverage(
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
+@pytest.mark.fault(19)
 def test_wrong_reports_do_not_change_the_biases(filter_name: str) -> None:
     _, engine = tracked("ghost-adsb", filter_name, ())
     table, truth = scene("ghost-adsb").table, scene("ghost-adsb").biases

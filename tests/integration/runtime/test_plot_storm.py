@@ -64,6 +64,7 @@ def test_the_storm_is_ten_times_the_load() -> None:
     assert false > 9 * (len(truth) - false)
 
 
+@pytest.mark.fault(17)
 def test_every_aircraft_keeps_its_track_through_the_storm(table: SensorTable) -> None:
     outputs, engine = played(table, NAMELESS)
     updates = TrackUpdates.concatenate([output.updates for output in outputs])

@@ -28,6 +28,7 @@ def tracked(batch: MeasurementBatch, table: SensorTable, **more: Any) -> Any:
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm", "joint"])
+@pytest.mark.fault(15)
 def test_jumps_are_detected_in_three_scans_the_biases_follow_and_no_track_is_broken(
     filter_name: str,
 ) -> None:
@@ -80,6 +81,7 @@ def test_radars_that_are_well_raise_no_alarm(name: str, filter_name: str) -> Non
     assert tracked(*simulated(name), filter_name=filter_name).alarms() == []
 
 
+@pytest.mark.fault(14)
 def test_silence_is_reported_within_the_gaps_and_detection_matches_the_scenario() -> None:
     run = tracked(*simulated("rotating-gaps"))
     sensors = {one.identifier: one for one in builtin_scenario("rotating-gaps").sensors}
@@ -111,6 +113,7 @@ def test_noise_configured_too_small_is_measured() -> None:
     assert ratio == pytest.approx(40.0 / 12.0, rel=0.3)
 
 
+@pytest.mark.fault(13)
 def test_a_site_configured_a_kilometre_off_raises_an_alarm() -> None:
     batch, table = simulated("crossing")
     west = table.ids.index("west")

@@ -56,6 +56,7 @@ def asked(session: zenoh.Session, selector: str, **content: Any) -> list[zenoh.R
     return list(session.get(selector, timeout=WAIT_TIMEOUT_S, **content))
 
 
+@pytest.mark.fault(20)
 def test_one_client_cannot_forge_the_output_to_another(scene: Scene) -> None:
     received: list[tuple[str, bytes]] = []
     with (

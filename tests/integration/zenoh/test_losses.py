@@ -24,6 +24,7 @@ def close(session: zenoh.Session) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.fault(31, 32)
 def test_a_router_that_restarts_costs_no_update() -> None:
     view, endpoint = StreamingView(), free_endpoint()
     first = router(endpoint)

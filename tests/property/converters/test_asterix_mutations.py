@@ -72,6 +72,7 @@ def mutations(count: int, seed: int, share: float) -> list[bytes]:
         ("final", 0.8, 0.3),
     ],
 )
+@pytest.mark.fault(1)
 def test_every_octet_of_mutated_blocks_is_accounted_for(
     tmp_path: Path, form: str, share: float, kept: float
 ) -> None:
@@ -97,6 +98,7 @@ def test_every_octet_of_mutated_blocks_is_accounted_for(
     assert records > kept * BLOCKS
 
 
+@pytest.mark.fault(2)
 def test_every_octet_of_damaged_envelopes_is_accounted_for(tmp_path: Path) -> None:
     records = 0
     for seed in range(4):

@@ -7,6 +7,7 @@ from typing import Any
 from unittest import mock
 
 import polars as pl
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
@@ -58,6 +59,7 @@ def places(parsed: Parsed) -> list[int]:
 
 
 @given(st.lists(rows(), max_size=6))
+@pytest.mark.fault(1)
 def test_every_row_is_taken_or_rejected(messages: list[dict[str, Any]]) -> None:
     parsed = parse_json(array(*messages))
     assert places(parsed) == list(range(len(messages)))
@@ -170,6 +172,7 @@ def outcome(parse: Callable[[bytes], Parsed], body: bytes) -> str:
 
 
 @given(st.binary(max_size=200))
+@pytest.mark.fault(3, 37)
 def test_any_bytes_are_rows_or_a_coded_rejection(body: bytes) -> None:
     for parse in (parse_json, parse_ndjson, parse_arrow):
         said = outcome(parse, body)

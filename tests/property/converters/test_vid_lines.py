@@ -174,6 +174,7 @@ def test_decimals_are_read_as_python_reads_them(tmp_path: Path, values: list[Any
 
 @settings(max_examples=25)
 @given(data=st.data())
+@pytest.mark.fault(1)
 def test_a_broken_line_leaves_its_neighbours_alone(
     tmp_path_factory: pytest.TempPathFactory, data: Any
 ) -> None:

@@ -23,6 +23,7 @@ def test_sites_of_one_region_are_accepted() -> None:
         ({"longitude_deg": -122.0, "latitude_deg": 37.0}, "; correct latitude_deg and"),
     ],
 )
+@pytest.mark.fault(13)
 def test_a_site_far_from_all_others_is_named(values: dict[str, float], words: str) -> None:
     said = check_sites(recording().configured("1-10", **values).table())
     assert said is not None

@@ -42,6 +42,21 @@ def test_what_is_below_the_level_is_not_written(level: str) -> None:
     assert [record["event"] for record in _records(stream)] == list(LEVELS[LEVELS.index(level) :])
 
 
+@pytest.mark.fault(40)
+@pytest.mark.parametrize("form", ["text", "json"])
+@pytest.mark.parametrize("hostile", ["a\nforged", "a\rb", "\x1b[2Ja", "a\x9b2J", "a\u2028b"])
+def test_what_a_client_sent_begins_no_line_and_controls_no_terminal(
+    form: str, hostile: str
+) -> None:
+    stream = io.StringIO()
+    configure_logs("info", form, FixedClock(), stream)
+    structlog.get_logger("multiradar.test").warning("rejected", sensor=hostile, more=[hostile])
+    logging.getLogger("somebody.else").warning("unknown sensor %s", hostile)
+    lines = stream.getvalue().split("\n")
+    assert len(lines) == 3
+    assert all(one.isprintable() for one in lines)
+
+
 def test_every_request_is_not_logged_but_failures_are() -> None:
     stream = io.StringIO()
     configure_logs("info", "json", FixedClock(), stream)

@@ -92,6 +92,7 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
         ("[", "not valid TOML: "),
     ],
 )
+@pytest.mark.fault(30)
 def test_a_wrong_key_or_value_is_reported_in_one_sentence(
     text: str, sentence: str, file: Path
 ) -> None:
@@ -252,6 +253,7 @@ def test_a_wrong_output_is_reported(text: str, sentence: str, file: Path) -> Non
     assert sentence in str(fault.value)
 
 
+@pytest.mark.fault(30)
 def test_all_mistakes_of_a_file_are_reported_with_their_lines(file: Path) -> None:
     file.write_text("epoch_s = 4\n\n[tracking]\nepochs = 4\n\n[server]\nport = -1\n")
     with pytest.raises(ConfigurationError) as fault:

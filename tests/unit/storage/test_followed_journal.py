@@ -61,6 +61,7 @@ def test_marks_of_a_follower_are_written_when_it_leads(tmp_path: Path) -> None:
     again.close()
 
 
+@pytest.mark.fault(29)
 def test_a_service_whose_lock_was_lost_writes_no_more(tmp_path: Path) -> None:
     """As after an error of the file system, or with one whose locks do not work."""
     path = tmp_path / "journal.db"

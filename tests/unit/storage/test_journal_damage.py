@@ -110,6 +110,7 @@ def _bits(content: bytes, count: int, seed: int) -> list[int]:
     return sorted(set(drawn))
 
 
+@pytest.mark.fault(23)
 def test_every_flipped_bit_of_the_log_is_reported(killed: Path, tmp_path: Path) -> None:
     content = (killed / "journal.db-wal").read_bytes()
     expected = _content(_copy(killed, tmp_path / "intact"))
@@ -123,6 +124,7 @@ def test_every_flipped_bit_of_the_log_is_reported(killed: Path, tmp_path: Path) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("state", ["killed", "stopped"])
+@pytest.mark.fault(23)
 def test_no_flipped_bit_of_the_database_loses_entries(
     state: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
@@ -139,6 +141,7 @@ def test_no_flipped_bit_of_the_database_loses_entries(
     assert any(reported) or state == "killed"
 
 
+@pytest.mark.fault(23)
 def test_every_truncation_is_reported(killed: Path, stopped: Path, tmp_path: Path) -> None:
     work = tmp_path / "work"
     log = (killed / "journal.db-wal").read_bytes()
@@ -235,6 +238,7 @@ def test_copies_that_are_incomplete_say_what_is_missing(killed: Path, tmp_path: 
         _open(gone)
 
 
+@pytest.mark.fault(23)
 def test_an_older_or_another_journal_is_reported(tmp_path: Path) -> None:
     current, older, other = tmp_path / "current", tmp_path / "older", tmp_path / "other"
     current.mkdir()

@@ -61,6 +61,7 @@ def test_a_second_service_must_use_another_journal(tmp_path: Path) -> None:
     SqliteJournal(path, FINGERPRINT).close()
 
 
+@pytest.mark.fault(30)
 def test_another_configuration_is_rejected_and_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     _written(path)
@@ -104,6 +105,7 @@ def test_a_journal_stays_usable_whatever_lies_beside_it(tmp_path: Path) -> None:
     SqliteJournal(path, FINGERPRINT).close()
 
 
+@pytest.mark.fault(30)
 def test_another_format_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "journal.db"
     with monkeypatch.context() as patch:
@@ -228,6 +230,7 @@ def test_an_incomplete_tail_is_truncated_and_acknowledged_entries_stay(tmp_path:
     journal.close()
 
 
+@pytest.mark.fault(24)
 def test_a_full_disk_is_reported_and_the_journal_continues_when_space_is_free(
     tmp_path: Path,
 ) -> None:
@@ -322,6 +325,7 @@ def _can_trace() -> bool:
 @pytest.mark.slow
 @pytest.mark.skipif(not _can_trace(), reason="needs strace, and leave to trace")
 @pytest.mark.parametrize("call", [12, 16, 20])
+@pytest.mark.fault(25)
 def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> None:
     """After it the next sync succeeds, although data was lost: it must not be asked."""
     path = tmp_path / "journal.db"

@@ -81,6 +81,7 @@ def test_a_journal_and_its_archive_are_tracked_to_the_same_bytes(
         assert tracked["output_sha256"] == status["output_sha256"]
 
 
+@pytest.mark.fault(12)
 def test_measurements_of_a_sensor_that_is_described_later_are_recovered(
     scene: _Scene, tmp_path: Path
 ) -> None:

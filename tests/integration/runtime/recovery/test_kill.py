@@ -114,6 +114,7 @@ class _Replay:
 
 
 @pytest.mark.parametrize("campaign", range(KILLS // KILLS_A_JOURNAL))
+@pytest.mark.fault(21, 29)
 def test_kills_at_random_times_do_not_change_the_output(campaign: int, tmp_path: Path) -> None:
     kills = KILLS_A_JOURNAL
     random = np.random.default_rng(20260101 + kills + 1000 * campaign)

@@ -107,6 +107,7 @@ def _play(service: Service, pieces: list[pl.DataFrame], answered: set[str]) -> d
 
 
 @pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.fault(21, 28)
 def test_no_crash_loses_an_answered_message_or_changes_what_follows(
     tmp_path: Path, seed: int
 ) -> None:
@@ -127,6 +128,7 @@ def test_no_crash_loses_an_answered_message_or_changes_what_follows(
         assert status["event_sequence"] == expected["event_sequence"]
 
 
+@pytest.mark.fault(23)
 def test_a_journal_that_is_damaged_stops_the_start_and_names_the_entry(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     pieces = cut(recording(300), [30] * 9)

@@ -51,6 +51,7 @@ def simulated(*options: object) -> str:
 
 
 @pytest.mark.parametrize("first", range(PARTS))
+@pytest.mark.fault(22, 25, 29, 32)
 def test_no_acknowledged_measurement_is_lost(
     first: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

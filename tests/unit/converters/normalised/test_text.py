@@ -112,6 +112,7 @@ def test_a_bad_line_is_named_by_its_number(row: object, code: str, named: str) -
         (GOOD.replace("7012", "70\x0012").encode(), "MALFORMED_JSON"),
     ],
 )
+@pytest.mark.fault(37)
 def test_a_line_that_is_no_json_spoils_only_itself(line: bytes, code: str) -> None:
     parsed = parse_ndjson(GOOD.encode() + b"\n" + line + b"\n" + GOOD.encode())
     assert parsed.frame["index"].to_list() == [0, 2]
@@ -210,6 +211,7 @@ HOSTILE = {
 
 @pytest.mark.parametrize("row", HOSTILE.values(), ids=HOSTILE)
 @pytest.mark.parametrize("parse", [parse_json, parse_ndjson])
+@pytest.mark.fault(37)
 def test_a_very_long_row_is_not_parsed_and_affects_no_other(
     row: str, parse: Callable[[bytes], Parsed], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -250,6 +252,7 @@ def test_a_long_row_that_does_not_end_is_malformed(cut: int) -> None:
     assert rejection.value.code is RejectCode.MALFORMED_JSON
 
 
+@pytest.mark.fault(37)
 def test_a_text_of_many_escapes_takes_no_more_memory_than_its_length() -> None:
     body = b'["' + b'\\"' * 500_000 + b'"]'
     tracemalloc.start()

@@ -81,6 +81,7 @@ def test_what_reports_positions_may_be_shifted_as_the_site_of_a_radar(
 
 @pytest.mark.parametrize("name", [*RADARS])
 @pytest.mark.parametrize(("north_m", "east_m"), [(1100.0, 0.0), (0.0, 1100.0)])
+@pytest.mark.fault(13)
 def test_of_three_radars_the_one_with_the_wrong_site_is_named_first(
     name: str, north_m: float, east_m: float
 ) -> None:

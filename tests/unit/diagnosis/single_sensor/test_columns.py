@@ -67,6 +67,7 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
         ),
     ],
 )  # fmt: skip
+@pytest.mark.fault(16)
 def test_a_column_that_is_not_as_measured_is_named(
     edit: Edit, code: str, words: str, *, named: bool
 ) -> None:

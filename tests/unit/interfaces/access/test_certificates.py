@@ -52,6 +52,7 @@ def file(tmp_path: Path) -> Path:
         (-DAY_S, "expired on 2027-03-01"),
     ],
 )
+@pytest.mark.fault(42)
 def test_the_alarm_is_raised_30_days_before(file: Path, left_s: float, words: str | None) -> None:
     certificates = Certificates({"http": [file]}, FixedClock(EXPIRES_S - left_s))
     assert certificates.document() == {"http": {"expires_s": EXPIRES_S, "remaining_s": left_s}}

@@ -100,6 +100,7 @@ def test_a_client_of_the_settings_is_not_in_the_file_too(tmp_path: Path) -> None
         Authentication(settings)
 
 
+@pytest.mark.fault(38)
 def test_a_revoked_key_and_a_new_one_count_from_the_next_request_on(tmp_path: Path) -> None:
     file = tmp_path / "keys.toml"
     old, new = new_key(), new_key()
@@ -199,6 +200,7 @@ def test_rejections_of_an_address_are_logged_once_a_second_with_their_number() -
     ]
 
 
+@pytest.mark.fault(38)
 def test_a_client_with_many_wrong_keys_is_asked_to_pause() -> None:
     clock = FixedClock()
     attempts = Attempts(clock)

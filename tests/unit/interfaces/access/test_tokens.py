@@ -113,6 +113,7 @@ def signed_with_the_public_key() -> str:
         lambda: "",
     ],
 )
+@pytest.mark.fault(38)
 def test_other_tokens_are_rejected(found: Authentication, forged: Any) -> None:
     with pytest.raises(RequestError, match="not valid"):
         found.caller(forged(), None)

@@ -309,6 +309,7 @@ async def test_a_client_that_disconnects_within_its_body_is_not_an_error(
 
 
 @pytest.mark.parametrize(("length", "status"), [(1_000, 200), (1_001, 413)])
+@pytest.mark.fault(35)
 async def test_a_body_is_taken_up_to_its_limit(
     narrow: httpx.AsyncClient, length: int, status: int
 ) -> None:

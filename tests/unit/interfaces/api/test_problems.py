@@ -115,6 +115,7 @@ def _is_problem(answer: httpx.Response, status: int, code: str) -> dict[str, obj
         ("GET", "/v1/events?kind=track", 422, "UNKNOWN_PARAMETER"),
     ],
 )
+@pytest.mark.fault(40)
 async def test_a_hostile_request_is_a_coded_problem(
     unchanging: FastAPI, method: str, path: str, status: int, code: str
 ) -> None:
@@ -210,6 +211,7 @@ async def test_a_request_identifier_that_is_no_word_is_replaced(
         (IdempotencyConflictError("key", 3), 422, "IDEMPOTENCY_KEY_REUSED"),
     ],
 )
+@pytest.mark.fault(24)
 async def test_what_the_service_rejects_has_its_status(
     client: httpx.AsyncClient, service: FakeService, failure: Exception, status: int, code: str
 ) -> None:
@@ -225,6 +227,7 @@ async def test_every_answer_has_the_security_headers(client: httpx.AsyncClient) 
         assert headers["x-content-type-options"] == "nosniff"
         assert headers["x-frame-options"] == "DENY"
         assert headers["content-security-policy"].startswith("default-src 'none'")
+        assert headers["cache-control"] == "no-store"
 
 
 async def test_a_page_of_another_origin_changes_nothing(

@@ -67,6 +67,7 @@ async def status(caller: httpx.AsyncClient, method: str, path: str, key: str | N
 
 
 @pytest.mark.slow
+@pytest.mark.fault(39)
 async def test_every_route_asks_for_the_role_that_it_declares(
     guarded: FastAPI, caller: httpx.AsyncClient
 ) -> None:
@@ -87,6 +88,7 @@ async def test_every_route_asks_for_the_role_that_it_declares(
 
 
 @pytest.mark.slow
+@pytest.mark.fault(39)
 async def test_roles_are_those_of_the_documents(guarded: FastAPI) -> None:
     # A path has several operations: a GET and a PUT of the same sensor.
     roles = {(method, path): role_of(one) for method, path, one in operations(guarded)}
@@ -137,6 +139,7 @@ async def test_a_rejection_is_a_problem_with_a_challenge(caller: httpx.AsyncClie
     assert "the role display, which feed does not have" in role.json()["detail"]
 
 
+@pytest.mark.fault(38)
 async def test_wrong_keys_of_an_address_are_asked_to_pause_and_valid_ones_accepted(
     service: FakeService,
 ) -> None:
@@ -199,6 +202,7 @@ async def test_nothing_of_a_body_is_read_before_the_check(
     assert answer.json()["code"] == "CREDENTIALS_MISSING"
 
 
+@pytest.mark.fault(39)
 def test_a_route_without_a_role_cannot_be_served(service: FakeService) -> None:
     router = APIRouter(prefix="/v1")
 

@@ -37,6 +37,7 @@ async def send(
     return await caller.post("/v1/measurements", content=json.dumps(rows), headers=headers)
 
 
+@pytest.mark.fault(20)
 async def test_rows_of_other_sensors_are_rejected_with_code_and_count(
     caller: httpx.AsyncClient, service: FakeService
 ) -> None:
@@ -114,6 +115,7 @@ async def test_an_error_does_not_reveal_a_path_of_the_server(
     assert answer.json()["detail"]
 
 
+@pytest.mark.fault(41)
 async def test_no_secret_is_logged(
     caller: httpx.AsyncClient, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,7 @@ def _codes(admission: Admission, times: list[float], sensor: int | list[int] = 0
     return [int(code) for code in admission.admit(timed_batch(times, sensor))]
 
 
+@pytest.mark.fault(7)
 def test_what_is_older_than_the_horizon_is_late() -> None:
     admission = Admission(6.0, 1)
     assert _codes(admission, [100.0, 94.0, 93.999, 106.0, 99.999, 100.0]) == [
@@ -35,6 +36,7 @@ def test_one_absurd_time_does_not_carry_the_data_clock_away() -> None:
     assert admission.data_clock_s == 700.0
 
 
+@pytest.mark.fault(7)
 def test_a_late_row_does_not_move_the_data_clock_back() -> None:
     admission = Admission(6.0, 1)
     assert _codes(admission, [100.0, -50.0, 99.0]) == [ACCEPTED, LATE, ACCEPTED]

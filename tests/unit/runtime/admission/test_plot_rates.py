@@ -33,6 +33,7 @@ def _storm(first_s: float, last_s: float, rate: float) -> list[float]:
     return np.arange(first_s, last_s, 1.0 / rate).tolist()
 
 
+@pytest.mark.fault(17)
 def test_a_storm_passes_at_the_rate_of_its_sensor_and_costs_the_others_nothing() -> None:
     admission = _admission()
     accepted = {RIGHT: 0, STORM: 0}

@@ -41,6 +41,7 @@ def spoilt(rows: int) -> pl.DataFrame:
     )
 
 
+@pytest.mark.fault(12)
 def test_rejects_are_counted_by_code_and_the_last_of_each_are_retained(start: Starter) -> None:
     service = start(engine=engine)
     submit(service, spoilt(200))

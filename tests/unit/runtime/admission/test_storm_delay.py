@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import polars as pl
+import pytest
 
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.receipt import Receipt
@@ -95,6 +96,7 @@ def _messages(frame: pl.DataFrame, source: str) -> list[tuple[float, str, pl.Dat
     return [((int(key[0]) + 1) / MESSAGES_PER_S, source, rows) for key, rows in parts.items()]
 
 
+@pytest.mark.fault(17)
 def test_the_other_radars_are_late_by_less_than_two_seconds() -> None:
     clock = VirtualClock(START_S)
     scheduler = Scheduler(random.Random(1), clock)

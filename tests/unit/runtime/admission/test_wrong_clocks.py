@@ -44,8 +44,10 @@ def _lost(
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.parametrize("offset_s", [10.0, 60.0, 590.0, 1000.0, -10.0, -60.0, -590.0])
+@pytest.mark.parametrize("offset_s", [10.0, 60.0, 590.0, 1000.0, -10.0, -60.0, -590.0, -86_400.0])
 @pytest.mark.parametrize("live", [True, False])
+@pytest.mark.fault(8, 16)
+@pytest.mark.fault(8)
 def test_a_wrong_clock_costs_the_others_nothing_and_is_named(
     offset_s: float, live: bool, order: int
 ) -> None:
@@ -142,6 +144,7 @@ def test_rows_that_follow_one_another_do_not_move_the_clock_alone(live: bool) ->
 
 @pytest.mark.parametrize("offset_s", [60.0, -60.0])
 @pytest.mark.parametrize("live", [True, False])
+@pytest.mark.fault(8)
 def test_it_is_named_within_two_scans(live: bool, offset_s: float) -> None:
     admission = Admission(6.0, 3)
     lost = _lost(admission, _stream(offset_s, duration_s=8.0), NOW_S, live=live)
@@ -189,6 +192,7 @@ def test_batches_of_whole_scans_do_not_move_the_clock_either() -> None:
     assert lost == 0
 
 
+@pytest.mark.fault(8, 20)
 def test_a_forged_row_within_a_minute_is_rejected_at_once() -> None:
     admission = Admission(6.0, 3)
     _lost(admission, _stream(0.0, duration_s=20.0), NOW_S, live=True)

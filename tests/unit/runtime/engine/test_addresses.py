@@ -123,6 +123,7 @@ def test_plots_without_address_and_other_codes_update_the_track(single: Scene) -
     assert updates.mode_3a[-1] == 0o7700
 
 
+@pytest.mark.fault(18)
 def test_plots_of_two_addresses_in_one_window_initiate_two_tracks() -> None:
     radars = [replace(radar, rotation_s=4.0) for radar in three_radars()[:2]]
     scene = make_scene(
@@ -135,6 +136,7 @@ def test_plots_of_two_addresses_in_one_window_initiate_two_tracks() -> None:
     assert pairs.shape[1] == 2
 
 
+@pytest.mark.fault(18)
 def test_an_update_by_another_address_raises_an_alarm(single: Scene) -> None:
     # Association excludes it: the outcome is given.
     row = single.batch.select(slice(0, 1))

@@ -67,6 +67,7 @@ def test_a_sensor_initiates_a_bounded_number_of_tracks(scene: Scene) -> None:
     assert sum(counts.values()) == len(batch)
 
 
+@pytest.mark.fault(17)
 def test_aircraft_that_are_tracked_stay_so_and_new_ones_of_other_sensors_are_tracked(
     scene: Scene,
 ) -> None:

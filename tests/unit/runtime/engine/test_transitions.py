@@ -63,6 +63,7 @@ def without(scene: Scene, first_s: float, last_s: float) -> MeasurementBatch:
     ("settings", "started", "confirmed"),
     [(KNOWN, "new-identity", "updates"), (NAMELESS, "new-place", "likelihood")],
 )
+@pytest.mark.fault(14)
 def test_a_gap_is_reported_as_coasting_and_resumed(
     settings: TrackingSettings, started: str, confirmed: str
 ) -> None:

@@ -35,6 +35,7 @@ def ratios(engine: Engine, scene: Scene) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", EXACT)
+@pytest.mark.fault(11)
 def test_biases_of_a_single_radar_are_unobservable(name: str) -> None:
     scene = scene_of(three_radars()[:1])
     unobservable, engine = tracked(name, scene, scene.batch)
@@ -43,6 +44,7 @@ def test_biases_of_a_single_radar_are_unobservable(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", EXACT)
+@pytest.mark.fault(11)
 def test_biases_of_two_radars_at_one_site_are_unobservable(name: str) -> None:
     first = three_radars()[0]
     scene = scene_of([first, replace(first, identifier="A2")])

@@ -71,6 +71,7 @@ class Live:
         (0.0, ""),
     ],
 )
+@pytest.mark.fault(8)
 def test_all_sensors_against_the_clock_of_the_machine(ahead_s: float, words: str) -> None:
     with Live(ahead_s) as live:
         found = live.host_warnings

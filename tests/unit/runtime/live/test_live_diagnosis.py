@@ -132,17 +132,23 @@ def test_a_stop_abandons_the_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not diagnosis.records()
 
 
-def test_records_of_unknown_sources_alone_are_reported_with_the_sources() -> None:
+@pytest.mark.fault(12)
+def test_records_of_unknown_sources_alone_are_reported_once_with_the_sources(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     """Nothing was accepted, and nothing was said."""
     diagnosis = opened()
     reason = "no sensor in the sensors file has this SAC and SIC: 26-11"
-    for _ in range(UNKNOWN_MAX):
-        row = RejectedRow(0, "UNKNOWN_SENSOR", reason, "30 00 1a")
-        diagnosis.record(RIGHT.frame.clear(), [row])
-    assert checked(diagnosis)
+    with caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            for _ in range(UNKNOWN_MAX):
+                row = RejectedRow(0, "UNKNOWN_SENSOR", reason, "30 00 1a")
+                diagnosis.record(RIGHT.frame.clear(), [row])
+            assert checked(diagnosis)
     (found,) = diagnosis.records()
     assert found["code"] == "sensors_of_another_recording"
     assert "26-11" in found["sentence"]
+    assert len([one for one in caplog.records if "26-11" in one.getMessage()]) == 1
     diagnosis.stop()
 
 
@@ -290,6 +296,7 @@ def test_before_the_start_nothing_is_retained() -> None:
     diagnosis.stop()
 
 
+@pytest.mark.fault(13)
 def test_a_site_alarm_is_a_consequence_while_the_wrong_site_is_that_of_another_radar() -> None:
     latitude_deg = RADARS["1-10"][0][0] + 0.01
     displaced = recording().configured("1-10", latitude_deg=latitude_deg)

@@ -90,6 +90,7 @@ def scene(journal: FailingJournal) -> Iterator[_Scene]:
     scene.service.stop()
 
 
+@pytest.mark.fault(24)
 async def test_a_service_with_a_full_disk_is_not_ready(
     scene: _Scene, journal: FailingJournal
 ) -> None:
@@ -221,6 +222,7 @@ async def test_rejected_rows_count_for_a_minute(scene: _Scene) -> None:
     assert await scene.ask("/readyz") == _READY
 
 
+@pytest.mark.fault(25)
 async def test_after_an_input_output_error_the_process_is_to_end() -> None:
     journal = FailingJournal(JournalError("disk I/O error"))
     scene = _Scene(journal)

@@ -55,6 +55,7 @@ def test_a_service_that_has_started_or_stopped_is_at_no_step_of_its_start(start:
     assert service.start_step == ""
 
 
+@pytest.mark.fault(12)
 def test_every_row_is_accepted_or_rejected_with_its_index_and_content(start: Starter) -> None:
     service = start()
     frame = recording(10).with_columns(
@@ -90,6 +91,7 @@ def test_every_row_is_accepted_or_rejected_with_its_index_and_content(start: Sta
     assert service.quarantined(3, 1)[0].number == 4
 
 
+@pytest.mark.fault(7)
 def test_late_rows_are_rejected_and_the_rest_accepted(start: Starter) -> None:
     service = start()
     frame = recording(400)

@@ -58,6 +58,7 @@ def test_a_failed_journal_stops_the_intake_and_reading_continues(start: Starter)
     assert len(service.view.tracks()) == frame[:40]["track_number"].n_unique()
 
 
+@pytest.mark.fault(24)
 def test_a_full_disk_rejects_messages_until_there_is_space(start: Starter) -> None:
     journal = FailingJournal(JournalFullError("no room on the disk"))
     service = start(journal)
@@ -75,6 +76,7 @@ def test_a_full_disk_rejects_messages_until_there_is_space(start: Starter) -> No
     assert settled(service)["read"] == 90
 
 
+@pytest.mark.fault(27)
 def test_an_entry_that_fails_in_the_engine_is_skipped_and_all_others_count(start: Starter) -> None:
     journal = MemoryJournal()
     frame = recording(100)
@@ -194,6 +196,7 @@ def test_a_cancelled_wait_does_not_block_the_stop(start: Starter) -> None:
     assert service.state is ServiceState.FAILED
 
 
+@pytest.mark.fault(26)
 def test_an_engine_that_always_fails_stops_the_service_with_an_error(start: Starter) -> None:
     def crash(_batch: MeasurementBatch) -> None:
         raise MemoryError

@@ -83,6 +83,7 @@ def _tracks(service: Service) -> set[int]:
 
 
 @pytest.mark.slow
+@pytest.mark.fault(8)
 def test_a_step_back_ends_all_tracks_and_a_restart_does_the_same(
     run: Run, journal: MemoryJournal
 ) -> None:

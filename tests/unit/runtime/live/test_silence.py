@@ -52,6 +52,7 @@ def _gauges(service: Service) -> dict[str, float]:
     return {name: float(value) for name, value in pairs}
 
 
+@pytest.mark.fault(14)
 def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> None:
     service, clock, live = running
     status = settled(service)
@@ -93,6 +94,7 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
 @pytest.mark.parametrize(
     ("disabled", "bound_s"), [((), 9.6), (("41-10",), 24.0), (("41-10", "41-20"), 10.0)]
 )
+@pytest.mark.fault(14)
 def test_the_alarm_is_raised_within_two_scans_of_the_fastest_radar(
     disabled: tuple[str, ...], bound_s: float
 ) -> None:

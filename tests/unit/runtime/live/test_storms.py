@@ -52,6 +52,7 @@ def _storm(rows: int) -> pl.DataFrame:
 
 
 @pytest.mark.slow
+@pytest.mark.fault(17)
 def test_it_is_named_and_costs_the_others_nothing() -> None:
     service = _service(MemoryJournal())
     try:

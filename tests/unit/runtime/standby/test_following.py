@@ -262,6 +262,7 @@ class Picky(FakeEngine):
         return super().push(batch, clock_s)  # type: ignore[arg-type]
 
 
+@pytest.mark.fault(27)
 def test_an_entry_that_cannot_be_processed_is_skipped_by_both(tmp_path: Path) -> None:
     pair = Pair(tmp_path / "journal.db")
     pair.second.stop()

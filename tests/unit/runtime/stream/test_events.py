@@ -87,6 +87,7 @@ def test_the_ring_keeps_its_bound_of_events_and_less_than_a_chunk_more() -> None
     assert sum(chunk.count for chunk in ring.after(0, 1000, 1000)[1]) == 12
 
 
+@pytest.mark.fault(33)
 def test_a_reader_behind_its_depth_gets_a_gap_not_a_backlog() -> None:
     ring = EventRing(100)
     subscription = ring.subscribe(0, 5)

@@ -194,6 +194,7 @@ def test_a_fragment_without_its_rest_is_reported(tmp_path: Path) -> None:
     assert [reason for *_, reason in blocks.gaps] == ["fragments of this datagram are missing"]
 
 
+@pytest.mark.fault(2)
 def test_a_truncated_capture_is_read_up_to_its_end(tmp_path: Path) -> None:
     blocks = read(tmp_path, pcap([(1.0, datagram(ONE)), (2.0, datagram(TWO))])[:-3])
     assert cut(blocks) == [ONE]

@@ -63,6 +63,7 @@ def test_observable_biases_are_not_listed() -> None:
         (PARAMETER_RANGE_GAIN, "range gains of A, B and C together (a common scale)"),
     ],
 )
+@pytest.mark.fault(11)
 def test_differences_leave_the_common_part_unobservable(kind: int, sentence: str) -> None:
     sensors = table(3, (kind,))
     covariance = covariance_after(sensors, np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]]))

@@ -28,6 +28,7 @@ times = st.lists(st.integers(0, 400).map(lambda step: step / 4.0), min_size=1, m
 
 @given(times, st.randoms(use_true_random=False), st.integers(1, 20))
 @settings(max_examples=60)
+@pytest.mark.fault(6)
 def test_order_is_independent_of_batches_and_of_disorder_within_the_horizon(
     at: list[float], random: object, size: int
 ) -> None:
@@ -40,6 +41,7 @@ def test_order_is_independent_of_batches_and_of_disorder_within_the_horizon(
     )
 
 
+@pytest.mark.fault(5)
 def test_duplicates_within_the_horizon_are_released_once_and_counted() -> None:
     once = batch_of([1.0, 2.0, 3.0])
     buffer = ReorderBuffer(HORIZON_S)

@@ -39,6 +39,7 @@ def next_of(source: UdpSource) -> bytes:
     return found[0]
 
 
+@pytest.mark.fault(20)
 def test_datagrams_of_other_senders_are_dropped_counted_and_logged() -> None:
     source = listener("127.0.0.2", "127.1.0.0/16")
     with capture_logs() as logs:

@@ -73,6 +73,7 @@ def test_publishing_pauses_for_a_new_connection(scene: Scene) -> None:
     assert json.loads(document)["zenoh"]["joins_waited_for"] == 1
 
 
+@pytest.mark.fault(31)
 def test_a_lost_router_is_a_reason_not_to_be_ready(scene: Scene) -> None:
     assert scene.gateway.lost() is None
     scene.bus.unreachable = ("tcp/router:7447", "tcp/router:7448")
@@ -250,6 +251,7 @@ def test_stopping_closes_the_session_and_may_be_repeated(scene: Scene) -> None:
 @pytest.mark.parametrize(
     "text", ["", "a/b", "*", "**", "a*", "$*", "a?b", "a#b", "@adv", "ä", "a b"]
 )
+@pytest.mark.fault(40)
 def test_nothing_that_means_something_in_a_key_can_be_a_sensor(text: str) -> None:
     assert not is_sensor_id(text)
     with pytest.raises(ValueError, match="expected a sensor identifier"):

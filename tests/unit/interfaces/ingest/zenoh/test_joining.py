@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import pytest
+
 from multiradar.clock import FixedClock
 from multiradar.ingest.zenoh.bus import Request
 from multiradar.ingest.zenoh.joining import (
@@ -118,6 +120,7 @@ def test_queries_for_one_track_or_from_a_number_on_cause_no_pause() -> None:
     assert scene.finished == 2
 
 
+@pytest.mark.fault(34)
 def test_endless_queries_cause_a_bounded_pause() -> None:
     scene = Scene()
 
