@@ -35,32 +35,40 @@ class Sample:
     """First reports of aircraft in each minute of a file."""
 
     def __init__(self) -> None:
-        # Address, time, s, latitude and longitude, degrees, part.
-        self._rows = np.empty((5, 0))
+        # Address, time, s, latitude and longitude, degrees, part, and time in each form, s.
+        self._rows = np.empty((8, 0))
         self._step = 1
 
-    def push(self, address: Words, time_s: Numbers, place_deg: Numbers, part: Words) -> None:
+    def push(self, address: Words, times_s: Numbers, place_deg: Numbers, part: Words) -> None:
         """Add reports.
 
         Parameters
         ----------
         address : int64[n]
             Mode S addresses.
-        time_s : float64[n]
-            Times, s.
+        times_s : float64[3, n]
+            Times in each form of the file, of which one is chosen later, s.
         place_deg : float64[2, n]
             Latitudes and longitudes, degrees.
         part : int64[n]
             Number of the part of the file of each report.
         """
         own = self._chosen(address)
-        rows = np.vstack([address[own], time_s[own], place_deg[:, own], part[own]])
+        # By time in the second form, in which minutes of different days differ.
+        rows = np.vstack(
+            [address[own], times_s[1, own], place_deg[:, own], part[own], times_s[:, own]]
+        )
         self._rows = np.hstack([self._rows, _firsts(rows)])
         while self._rows.shape[1] > SAMPLE_MAX:
             self._rows = _firsts(self._rows)
             if self._rows.shape[1] > SAMPLE_MAX // 2:
                 self._step *= 2
                 self._rows = self._rows[:, self._chosen(self._rows[0].astype(np.int64))]
+
+    def choose(self, form: int, *, in_parts: bool) -> None:
+        """Choose the form of times, and whether the file has several parts."""
+        self._rows[1] = self._rows[5 + form]
+        self._rows[4] *= in_parts
 
     def _chosen(self, address: Words) -> NDArray[np.bool_]:
         chosen: NDArray[np.bool_] = (address * _MIX >> 8) % self._step == 0

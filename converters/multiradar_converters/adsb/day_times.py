@@ -121,27 +121,28 @@ def _surveyed(path: Path, utc_offset_s: float) -> "_File | None":
     if not of_day(source.layout.time):
         return None
     forms: list[Parts] = [_Continued(), _Whole(), Flights()]
-    samples = [Sample() for _ in forms]
+    sample = Sample()
     orders = [_Order(), _Order()]
     flights = _Extents()
     for batch in source.batches:
         address = batch.words[roles.ADDRESS - roles.FIRST_WORD]
         place_deg = batch.numbers[[roles.LATITUDE, roles.LONGITUDE]]
         parts = [form.push(batch) for form in forms]
-        for sample, (part, time_s) in zip(samples, parts, strict=True):
-            sample.push(address, time_s, place_deg, part)
+        times_s = np.stack([time_s for _, time_s in parts])
+        sample.push(address, times_s, place_deg, parts[-1][0])
         for order, (_, time_s) in zip(orders, parts[:2], strict=True):
             order.push(time_s)
         flights.push(*parts[2])
     for order in orders:
         order.finish()
     chosen = 0 if orders[0].last_s >= _DAY_S else 1 if orders[1].ordered else 2
+    sample.choose(chosen, in_parts=chosen == 2)
     if chosen < 2 and len(flights.first_s):
         order = orders[chosen]
         first_s, last_s = np.array([order.first_s]), np.array([order.last_s])
     else:
         first_s, last_s = flights.first_s, flights.last_s
-    return _File(path.name, type(forms[chosen]), first_s, last_s, samples[chosen])
+    return _File(path.name, type(forms[chosen]), first_s, last_s, sample)
 
 
 class _File:
