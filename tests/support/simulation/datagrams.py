@@ -59,7 +59,11 @@ class DatagramRecord:
 
     def check_journal(self, entries: Sequence[tuple[Any, ...]]) -> None:
         """Compare the rows that the services have shown as accepted with those in the journal."""
-        found = sum(entry[5] for entry in entries if entry[1:3] == ("batch", SOURCE))
+        found = sum(
+            entry[5]
+            for entry in entries
+            if entry[1] == "batch" and entry[2].startswith(f"{SOURCE}/")
+        )
         require(
             self._least <= found <= self._most, "I1",
             f"{found} rows of datagrams in the journal, accepted {self._least} to {self._most}",
