@@ -81,9 +81,9 @@ def process(
 def entries(rows: int) -> list[tuple[Any, ...]]:
     """Return a journal with rows of datagrams, and others."""
     return [
-        (1, "batch", "asterix", None, b"", rows, b"", b""),
+        (1, "batch", "asterix/north", None, b"", rows, b"", b""),
         (2, "batch", "alpha", "key", b"", 7, b"", b""),
-        (3, "flush", "asterix", None, b"", 0, b"", b""),
+        (3, "flush", "asterix/north", None, b"", 0, b"", b""),
     ]
 
 
