@@ -73,7 +73,7 @@ def process(
     }  # fmt: skip
     counts.add(0, **(whole | counted))
     view = SimpleNamespace(edge_counts={"asterix": counts.document})
-    disk = SimpleNamespace(faulted={"full"} if disk_full else set())
+    disk = SimpleNamespace(faulted={"full"} if disk_full else set(), dead=False)
     fake = SimpleNamespace(delivered=delivered, disk=disk, service=SimpleNamespace(view=view))
     return cast(Process, fake)
 
