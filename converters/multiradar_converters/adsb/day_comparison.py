@@ -8,6 +8,8 @@ aircraft is elsewhere.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.aircraft_data.plausibility import wrapped_deg
+
 Numbers = NDArray[np.float64]
 Words = NDArray[np.int64]
 
@@ -129,6 +131,6 @@ def _cells(rows: Numbers) -> Words:
 def _apart_m(one: Numbers, other: Numbers) -> Numbers:
     """Return the distance of reports, m; approximate, which distinguishes far from near."""
     north_deg = one[2] - other[2]
-    east_deg = (one[3] - other[3] + 180.0) % 360.0 - 180.0
+    east_deg = wrapped_deg(one[3] - other[3])
     apart: Numbers = _DEGREE_M * np.hypot(north_deg, east_deg * np.cos(np.radians(one[2])))
     return apart

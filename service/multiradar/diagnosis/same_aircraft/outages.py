@@ -38,7 +38,8 @@ def check_outages(sources: Mapping[str, Source]) -> list[Diagnosis]:
     sources : mapping of str to Source
         The sources, by name.
     """
-    return [_outage(sources[name], name, others) for name, others in sorted(_off(sources).items())]
+    off = _off(sources, _with_gap(sources))
+    return [_outage(sources[name], name, others) for name, others in sorted(off.items())]
 
 
 def _outage(source: Source, name: str, others: list[str]) -> Diagnosis:
@@ -55,9 +56,9 @@ def _outage(source: Source, name: str, others: list[str]) -> Diagnosis:
 
 # Sources that were switched off, with those that continue. Beside others of the same period, one
 # whose times jump starts or ends at another time.
-def _off(sources: Mapping[str, Source]) -> dict[str, list[str]]:
+def _off(sources: Mapping[str, Source], gaps: Mapping[str, Source]) -> dict[str, list[str]]:
     found = {}
-    for name, one in _with_gap(sources).items():
+    for name, one in gaps.items():
         others = [other for other in sources if other != name and _continues(sources[other], one)]
         if others and (
             one.first_s >= min(sources[other].first_s for other in others) - HOUR_S
@@ -95,8 +96,9 @@ def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
     sources : mapping of str to Source
         The sources, by name; of those of `check_outages`, none.
     """
-    off = _off(sources)
-    jumped = {name: one for name, one in _with_gap(sources).items() if name not in off}
+    gaps = _with_gap(sources)
+    off = _off(sources, gaps)
+    jumped = {name: one for name, one in gaps.items() if name not in off}
     if not jumped:
         return []
     wrapped = sorted(name for name, one in jumped.items() if _wraps(one))
