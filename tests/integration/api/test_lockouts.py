@@ -15,7 +15,7 @@ from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.observability.metrics import HTTP_CONNECTIONS
 from multiradar.settings.limits import HttpLimits
 from support.access import KEYS, authentication, bearer, guarded_api
-from support.fakes.fake_service import FakeService
+from support.fakes.fake_service import FakeService, live_tracks
 from support.processes import clients
 from support.processes.certificates import Authority
 from support.processes.live_server import RawClient, serving
@@ -104,6 +104,28 @@ def test_tls_clients_that_do_not_say_goodbye_are_soon_disconnected(tmp_path: Pat
         wait_until(lambda: _open_connections() == before, "the connections to be lost")
         # asyncio waits for 30 s.
         assert time.monotonic() - start_s < 25.0
+
+
+@pytest.mark.parametrize("with_tls", [False, True])
+def test_a_stop_ends_the_connections_of_clients_that_do_not_read(
+    tmp_path: Path, with_tls: bool
+) -> None:
+    """They stayed open without a server."""
+    authority = Authority(tmp_path)
+    tls = TlsFiles(*authority.issue("multiradar")) if with_tls else None
+    service = FakeService()
+    service.view.live = live_tracks(10_000)
+    before = _open_connections()
+    with contextlib.ExitStack() as crowd:
+        with serving(create_api(service, HttpLimits()), HttpLimits(), tls) as port:
+            client = RawClient(port, receive_buffer_bytes=4096).socket
+            if with_tls:
+                context = ssl.create_default_context(cafile=authority.certificate)
+                client = context.wrap_socket(client, server_hostname="127.0.0.1")
+            crowd.callback(client.close)
+            client.sendall(b"GET /v1/tracks?limit=10000 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert client.recv(12) == b"HTTP/1.1 200"
+        assert _open_connections() == before
 
 
 # Three clients whose upgrades have been rejected, and which remain silent then.

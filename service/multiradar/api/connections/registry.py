@@ -80,6 +80,15 @@ class Registry:
         HTTP_CONNECTIONS_DROPPED.labels(cause=cause).inc()
         self._abort(transport)
 
+    async def end_all(self) -> None:
+        """Abort all connections, and let the event loop close them."""
+        for transport in list(self._open):
+            self._abort(transport)
+            self.lost(transport)
+        # First that of TCP, then TLS above it, then the protocol.
+        for _ in range(3):
+            await asyncio.sleep(0.0)
+
     def _abort(self, transport: asyncio.Transport) -> None:
         # TLS that has been closed twice, as uvicorn does, cannot be aborted itself.
         known = self._open.get(transport)

@@ -105,8 +105,13 @@ def server_config(
     ConfigurationError
         If a file of TLS cannot be used.
     """
-    limits = limits or HttpLimits()
-    registry = Registry(limits)
+    return _config(application, host, port, Registry(limits or HttpLimits()), tls)
+
+
+def _config(
+    application: ASGIApp, host: str, port: int, registry: Registry, tls: TlsFiles | None
+) -> Config:
+    limits = registry.limits
     http = _bound(_Http, registry)
     return Config(
         application,
@@ -139,7 +144,19 @@ def server(
     tls: TlsFiles | None = None,
 ) -> uvicorn.Server:
     """Return a server that enforces the limits; see `server_config`."""
-    return uvicorn.Server(server_config(application, host, port, limits, tls))
+    registry = Registry(limits or HttpLimits())
+    return _Server(_config(application, host, port, registry, tls), registry)
+
+
+# uvicorn waits 3 s for its connections, and leaves open those that remain.
+class _Server(uvicorn.Server):
+    def __init__(self, config: Config, registry: Registry) -> None:
+        super().__init__(config)
+        self._registry = registry
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().shutdown(sockets)
+        await self._registry.end_all()
 
 
 # The client's certificate, which the handshake has verified.
