@@ -11,6 +11,7 @@ import fcntl
 import json
 import lzma
 import os
+import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -20,11 +21,11 @@ from typing import IO, Any, NamedTuple
 from multiradar.errors import InputError, JournalError, OutputExistsError
 from multiradar.storage.entries import StoredEntry
 from multiradar.storage.segments import (
-    ONE_ARCHIVE,
     SEGMENT_VERSION,
     Segment,
     SegmentReader,
     check_chain,
+    not_continued,
     not_following,
     order_of,
     remedy,
@@ -149,24 +150,7 @@ def archive_journal(
         fingerprint = fingerprint_of(connection, journal)
         rows = JournalRows(journal, fingerprint)
         head, marks = rows.head(connection), rows.skipped(connection)
-        base = rows.base(connection).sequence
-        end = _end_of(folder, base) or _End(0, rows.origin, fingerprint)
-        if end.sequence < base:
-            raise JournalError(
-                f"{folder}: entries {end.sequence + 1} to {base} were removed from {journal}; "
-                "continue the archive that contains them"
-            )
-        if (
-            end.fingerprint != fingerprint
-            or end.sequence > head.sequence
-            or rows.digest_of(connection, end.sequence) != end.digest
-        ):
-            raise JournalError(
-                f"{segments_of(folder)[-1].path}: the last entry, {end.sequence}, does not match "
-                f"entry {end.sequence} of {journal}; choose another archive, or {ONE_ARCHIVE}"
-            )
-        places = [one.first - 1 for one in segments_of(folder) if one.first > base]
-        check_chain(folder, {one: rows.digest_of(connection, one) for one in places}, base)
+        end = _continued(connection, journal, rows, folder, fingerprint)
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:
             stored: list[StoredEntry] = []
@@ -183,6 +167,30 @@ def archive_journal(
             end = _End(stored[-1].sequence, digest, fingerprint)
             on_progress(end.sequence, head.sequence)
     return new
+
+
+# The last entry of an archive that a journal continues.
+def _continued(
+    connection: sqlite3.Connection, journal: Path, rows: JournalRows, folder: Path, fingerprint: str
+) -> _End:
+    base, last = rows.base(connection).sequence, rows.head(connection).sequence
+    end = _end_of(folder, base) or _End(0, rows.origin, fingerprint)
+    if end.sequence < base:
+        raise JournalError(
+            f"{folder}: entries {end.sequence + 1} to {base} were removed from {journal}; "
+            "continue the archive that contains them"
+        )
+
+    def has(sequence: int, digest: bytes) -> bool:
+        if not base <= sequence <= last:
+            return sequence < base
+        return rows.digest_of(connection, sequence) == digest
+
+    if end.fingerprint != fingerprint or not has(end.sequence, end.digest):
+        raise JournalError(not_continued(journal, segments_of(folder), base, has))
+    places = [one.first - 1 for one in segments_of(folder) if one.first > base]
+    check_chain(folder, {one: rows.digest_of(connection, one) for one in places}, base)
+    return end
 
 
 # The last entry in an archive, whose last segment is verified; None without one.

@@ -5,7 +5,7 @@ import lzma
 import os
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, NamedTuple
@@ -245,6 +245,46 @@ def not_following(segment: Segment, before: Segment | None) -> str:
     return (
         f"{segment.path}: entry {segment.first} does not follow the preceding entry {of}; "
         f"{ONE_ARCHIVE}"
+    )
+
+
+def not_continued(
+    journal: Path, found: Sequence[Segment], base: int, has: Callable[[int, bytes], bool]
+) -> str:
+    """Return the sentence for an archive whose last entry is not one of a journal.
+
+    Parameters
+    ----------
+    journal : Path
+        The journal.
+    found : sequence of Segment
+        All segments of the archive.
+    base : int
+        The last entry that was removed from the journal.
+    has : callable
+        Returns whether the journal has, or had, an entry with a number and a digest.
+
+    Raises
+    ------
+    JournalError
+        A segment is damaged.
+    """
+    number = len(found) - 1
+    for place, segment in enumerate(found):
+        reader = SegmentReader(segment, remedy(found, place, segment.first, base))
+        reader.read_ends()
+        if not has(segment.first - 1, reader.before):
+            # The end of the segment before, unless segments between them are missing.
+            number = place - (place > 0 and found[place - 1].last == segment.first - 1)
+            break
+    name, last = found[number].path, found[number].last
+    sentence = f"{name}: the last entry, {last}, does not match entry {last} of {journal}"
+    if not number or found[number - 1].last < base:
+        return f"{sentence}; choose another archive, or {ONE_ARCHIVE}"
+    # The archive is then newer than the backup.
+    return (
+        f"{sentence}; if a backup was restored, move {name.name} and all later segments to another "
+        "folder, and run `multiradar archive` again; otherwise choose another archive"
     )
 
 

@@ -183,13 +183,41 @@ def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
 def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "other" / "journal.sqlite"
     _written(other, 60, size=901).close()
-    with pytest.raises(JournalError, match="the last entry, 42, does not match entry 42 of"):
+    with pytest.raises(JournalError, match=r"the last entry, 4, does not .*; choose another"):
         archive_journal(other, folder)
     own = tmp_path / "own"
     archive_journal(other, own, segment_octets=OCTETS)
     name = segments_of(folder)[1].path.name
     shutil.copy(own / name, folder / name)
     assert "entry 5 does not follow the preceding entry" in verify_archive(folder).damage[0]
+
+
+@pytest.mark.parametrize("removed", [0, 8])
+@pytest.mark.parametrize("grown", [0, 30])
+def test_after_a_restored_backup_the_segments_of_lost_entries_are_named(
+    path: Path, folder: Path, tmp_path: Path, removed: int, grown: int
+) -> None:
+    """The archive is newer than the backup, and the journal has grown since, or not yet."""
+    restored = tmp_path / "restored" / "journal.sqlite"
+    journal = _written(restored, 18)
+    for number in range(grown):
+        journal.append([entry(200 + number)])
+    journal.close()
+    if removed:
+        _shortened(restored, removed)
+    found = segments_of(folder)
+    assert found[4][1:] == (17, 20)
+    said = (
+        f"{found[4].path}: the last entry, 20, does not match entry 20 of {restored}; if a backup "
+        f"was restored, move {found[4].path.name} and all later segments to another folder, and "
+        "run `multiradar archive` again; otherwise choose another archive"
+    )
+    with pytest.raises(JournalError, match=rf"^{re.escape(said)}$"):
+        archive_journal(restored, folder)
+    for one in found[4:]:
+        one.path.unlink()
+    assert archive_journal(restored, folder)
+    assert (verify_archive(folder).last, verify_archive(folder).damage) == (18 + grown, ())
 
 
 def _copy_into(folder: Path, source: Path, *numbers: int) -> None:

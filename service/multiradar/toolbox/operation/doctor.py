@@ -160,6 +160,6 @@ def _check_state(
         entries = 0 if verification is None else verification.entries
         findings.append(
             found("archive", "run doctor with the output folder of `multiradar archive`",
-                  lambda: state_health.check_archive(chosen, entries, on_progress))
+                  lambda: state_health.check_archive(chosen, journal, entries, on_progress))
         )  # fmt: skip
     return findings

@@ -13,6 +13,7 @@ from multiradar.errors import MultiradarError
 from multiradar.storage.full_disk import size_text
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.growth import Growth, growth_of
+from multiradar.storage.sqlite.shortening import digests_of
 from multiradar.toolbox.operation.findings import Finding, error, ok, unwritable, warning
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ _ARCHIVE_ADVICE = (
     "keep only the segments of one archive in the folder; if the journal still has the entries of "
     "a damaged or missing segment, remove this segment and all later ones and run `multiradar "
     "archive` again, otherwise restore it from another copy of the archive"
+)
+
+_OTHER_ARCHIVE = (
+    "the archive belongs to another journal, or the journal was restored from a backup: "
+    "`multiradar archive` names the segments to move (docs/howto/backup.md)"
 )
 
 
@@ -161,8 +167,25 @@ def _snapshots(
     return ok("snapshots", f"{found.snapshots} intact")
 
 
-def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Finding:
-    """Verify an archive, and compare its end with that of the journal."""
+def check_archive(folder: Path, journal: Path, entries: int, on_progress: "Progress") -> Finding:
+    """Verify an archive, and compare its last entry with that of a journal.
+
+    Parameters
+    ----------
+    folder : Path
+        The archive.
+    journal : Path
+        The journal.
+    entries : int
+        Number of its last entry; 0: none, or it cannot be read.
+    on_progress : callable
+        Called with the number of verified entries and that of all.
+
+    Raises
+    ------
+    InputError
+        There is no archive.
+    """
     from multiradar.storage.archive import verify_archive
 
     found = verify_archive(folder, on_progress)
@@ -171,11 +194,12 @@ def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Findin
         return error("archive", _shown(found.damage), advice)
     text = f"{folder}: entries {found.first:,} to {found.last:,} in {found.segments} segments"
     if found.last > entries:
-        advice = (
-            "the archive belongs to another journal, or the journal was restored from an "
-            "older backup"
-        )
-        return error("archive", f"{text}, but the journal has only {entries:,}", advice)
+        return error("archive", f"{text}, but the journal has only {entries:,}", _OTHER_ARCHIVE)
+    # An archive without the last removed entries has none to compare.
+    digest = digests_of(journal, [found.last]).get(found.last)
+    if digest is not None and digest.hex() != found.digest:
+        text += f", but entry {found.last:,} of the journal is another one"
+        return error("archive", text, _OTHER_ARCHIVE)
     return ok("archive", text)
 
 

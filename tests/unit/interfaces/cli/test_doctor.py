@@ -60,13 +60,18 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def _written(folder: Path) -> Path:
+def _written(folder: Path, entries: range = range(10)) -> Path:
     tracking = load_settings(None).tracking_settings()
     fingerprint = configuration_fingerprint(load_sensor_table(Path("radars.toml")), tracking)
     journal = SqliteJournal(folder / "state" / "journal.sqlite", fingerprint)
-    journal.append([entry(number, rejects=number % 3) for number in range(10)])
+    journal.append([entry(number, rejects=number % 3) for number in entries])
     journal.close()
     return folder / "state"
+
+
+def _remove(state: Path) -> None:
+    for path in state.iterdir():
+        path.unlink()
 
 
 def _doctor(capsys: pytest.CaptureFixture[str], *more: str, status: int = 0) -> dict[str, Any]:
@@ -147,8 +152,16 @@ def test_an_archive_is_verified_and_compared_with_the_journal(
     damaged = _doctor(capsys, "--archive", "sealed", status=1)["archive"]
     assert f"{segment}: damaged at entry " in damaged["text"]
     segment.write_bytes(whole)
-    for path in sorted(state.iterdir()):
-        path.unlink()
+    for entries, said in [
+        (range(5, 20), "but entry 10 of the journal is another one"),
+        (range(3), "but the journal has only 3"),
+    ]:
+        _remove(state)
+        _written(folder, entries)
+        other = _doctor(capsys, "--archive", "sealed", status=1)["archive"]
+        assert other["text"].endswith(said)
+        assert "restored from a backup: `multiradar archive` names the segm" in other["advice"]
+    _remove(state)
     other = _doctor(capsys, "--archive", "sealed", status=1)["archive"]
     assert other["text"].endswith("but the journal has only 0")
     assert "no such" in _doctor(capsys, "--archive", "absent", status=1)["archive"]["text"]
