@@ -1,6 +1,6 @@
 """What the sensors need to have before an engine can use them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -56,10 +56,16 @@ def require_usable(
     )
 
 
+def usability(
+    first: SensorTable, tracking: TrackingSettings
+) -> Callable[[SensorTable], FilterDefinition]:
+    """Return `require_usable` for later sensors, in the plane of the first ones."""
+    return lambda sensors: require_usable(sensors, tracking, plane_for(first))
+
+
 def plan_usable(
     present: SensorsInForce,
-    tracking: TrackingSettings,
-    plane: SystemPlane,
+    require: Callable[[SensorTable], object],
     sensor_id: str,
     values: Mapping[str, Any],
     *,
@@ -71,10 +77,8 @@ def plan_usable(
     ----------
     present : SensorsInForce
         The sensors before it.
-    tracking : TrackingSettings
-        Settings of the tracker.
-    plane : SystemPlane
-        The system plane.
+    require : callable
+        Raises an error if the filter cannot use sensors; see `usability`.
     sensor_id, values, reset
         See `SensorsInForce.plan`.
 
@@ -86,7 +90,7 @@ def plan_usable(
     plan = present.plan(sensor_id, values, reset_biases=reset)
     if plan.change:
         changed, _ = present.changed(plan.change)
-        require_usable(changed.table, tracking, plane)
+        require(changed.table)
     return plan
 
 

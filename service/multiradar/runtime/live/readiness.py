@@ -201,11 +201,15 @@ def lags_s(now_s: float, stages: Mapping[str, Iterable[object]]) -> dict[str, fl
     }
 
 
-def stall(moved_s: float | None, now_s: float, most_s: float) -> str:
-    """Return that the engine has stalled, in words; empty if it has not.
+def stall(
+    failure: MultiradarError | None, moved_s: float | None, now_s: float, most_s: float
+) -> str:
+    """Return that the service has failed or its engine stalled, in words; empty if neither.
 
     Parameters
     ----------
+    failure : MultiradarError or None
+        Why the service accepts no more measurements.
     moved_s : float or None
         When it last moved, s of the monotonic clock; None while it has no work.
     now_s : float
@@ -213,6 +217,8 @@ def stall(moved_s: float | None, now_s: float, most_s: float) -> str:
     most_s : float
         A longer time is a stall, s.
     """
+    if failure is not None:
+        return "the service accepts no more measurements; see the log"
     still_s = 0.0 if moved_s is None else now_s - moved_s
     if still_s <= most_s:
         return ""

@@ -20,7 +20,7 @@ from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
-from multiradar.runtime.engine.prerequisites import plan_usable, plane_for
+from multiradar.runtime.engine.prerequisites import plan_usable, usability
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.alarms.supervision import Supervision
@@ -122,7 +122,7 @@ class Service:
         self._open_journal, self._open_engine = open_journal, open_engine
         self._sensors = SensorsInForce.of(sensors, described)
         self._limits = limits or RuntimeLimits()
-        self._tracking, self._horizon_s = tracking, tracking.reorder_horizon_s
+        self._usable, self._horizon_s = usability(sensors, tracking), tracking.reorder_horizon_s
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
         self._intake = Intake(self._limits, threads, self._clock)
@@ -174,10 +174,9 @@ class Service:
     @property
     def stalled(self) -> str:
         """Why only a restart can help, in words; empty if the engine moves, or has no work."""
-        if self.failure is not None:
-            return "the service accepts no more measurements; see the log"
         moved_s = None if self._processor is None else self._processor.moved_s
-        return stall(moved_s, self._clock.monotonic_s(), self._limits.stall_max_s)
+        now_s, most_s = self._clock.monotonic_s(), self._limits.stall_max_s
+        return stall(self.failure, moved_s, now_s, most_s)
 
     def open(self) -> Journal:
         """Open the journal, ahead of `start`, and return it.
@@ -318,8 +317,8 @@ class Service:
         """Return what a change of a sensor would do; see `OperatedSink.plan_sensor`."""
         if self._writer is None:
             raise not_running(self._state, self.start_step)
-        present, plane = self._writer.sensors, plane_for(self._sensors.table)
-        return plan_usable(present, self._tracking, plane, sensor_id, values, reset=reset_biases)
+        present = self._writer.sensors
+        return plan_usable(present, self._usable, sensor_id, values, reset=reset_biases)
 
     def change_sensor(
         self, change: bytes, *, source: str, idempotency_key: str | None = None
@@ -414,8 +413,9 @@ class Service:
         self._writer = Writer(
             intake=self._intake, journal=self._journal, backlog=self._backlog, sensors=present,
             on_sensors=self._use, admission=admission, accounting=self._accounting,
-            batches_max=self._limits.commit_batches_max, on_journalled=self._note_journalled,
-            on_full=self._watch.disk.note_full, on_failure=self._on_failure,
+            batches_max=self._limits.commit_batches_max, require_usable=self._usable,
+            on_journalled=self._note_journalled, on_full=self._watch.disk.note_full,
+            on_failure=self._on_failure,
         )  # fmt: skip
         self.publication.start(self._journal, self._processor, self._backlog)
         self._writer.head = counts.entries

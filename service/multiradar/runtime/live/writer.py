@@ -69,6 +69,9 @@ class Writer:
         Row counts.
     batches_max : int
         Messages in one transaction.
+    require_usable : callable
+        Raises an error if the engine cannot use sensors. Their change is then rejected: another
+        change may have come between it and its plan, and a journalled change is never skipped.
     on_sensors : callable
         Called with the sensors before they change.
     on_journalled : callable
@@ -89,11 +92,13 @@ class Writer:
         admission: Admission,
         accounting: Accounting,
         batches_max: int,
+        require_usable: Callable[[SensorTable], object] = lambda _table: None,
         on_sensors: Callable[[SensorTable], None] = lambda _table: None,
         on_journalled: OnJournalled = lambda _rows, _entry: None,
         on_full: Callable[[], None] = lambda: None,
         on_failure: Callable[[], None] = lambda: None,
     ) -> None:
+        self._require_usable = require_usable
         self._on_sensors = on_sensors
         self._on_journalled = on_journalled
         self._on_full = on_full
@@ -204,6 +209,7 @@ class Writer:
     def _change(self, submission: Submission) -> Prepared | Exception:
         try:
             sensors, _ = self.sensors.changed(submission.change)
+            self._require_usable(sensors.table)
         except MultiradarError as error:
             return error
         self._use(sensors)

@@ -245,6 +245,29 @@ def test_what_the_engine_could_not_use_is_rejected_before(run: _Run) -> None:
         run.service.plan_sensor("41-10", {"kind": "adsb"})
 
 
+def test_two_changes_that_the_engine_could_not_use_together_do_not_both_enter(
+    run: _Run, journal: _Journal
+) -> None:
+    clocks = {NEW: 4.2, "41-16": -4.2}
+    plans = [
+        run.service.plan_sensor(
+            name, _SITE | {"bias": {"time_offset_s": {"estimate": False, "prior": offset_s}}}
+        )
+        for name, offset_s in clocks.items()
+    ]
+    first, second = (run.service.change_sensor(one.change, source="a") for one in plans)
+    first.result(WAIT_TIMEOUT_S)
+    with pytest.raises(ConfigurationError, match=r"reorder_horizon_s: expected at least 8\.4 s"):
+        second.result(WAIT_TIMEOUT_S)
+    assert not submit(run.service, recording(100)).rejected
+    assert settled(run.service)["state"] == "running"
+    run.stop()
+    again = _service(journal)
+    again.start()
+    assert again.describe_sensor("41-16") is None
+    again.stop()
+
+
 def test_a_service_without_descriptions_changes_nothing() -> None:
     service = Service(
         open_journal=MemoryJournal,
