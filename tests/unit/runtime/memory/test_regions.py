@@ -183,7 +183,10 @@ def test_no_region_is_silent_before_there_is_a_data_time() -> None:
     board.hand_over(packed(handover()))
     board.absorb(engine.push(timed_batch([5.0])))
     board.hand_over(packed(handover()))
+    # The message came at some time before this update.
     board.absorb(engine.push(timed_batch([500.0])))
+    assert (board.silent(), states()) == ([], ["alive"])
+    board.absorb(engine.push(timed_batch([503.5])))
     assert (board.silent(), states()) == (["east"], ["silent"])
 
 

@@ -55,7 +55,8 @@ class Neighbour:
     def __init__(self) -> None:
         #: Its tracks, rows of `OTHER_DTYPE`.
         self.rows: NDArray[np.void] = np.zeros(0, OTHER_DTYPE)
-        #: Own data time at its last message, and data time in it, s; -inf before any.
+        #: Own data time at the first update after its last message, s: inf until there is one.
+        #: Its own data time in that message, s. Both are -inf before any message.
         self.heard_s = self.sent_s = -np.inf
         self.messages = 0
         #: Whether it had recent messages of this region.
@@ -133,7 +134,7 @@ class RegionBoard:
             own: list[int] = one.rows["own_id"].tolist()
             before = dict(zip(tracks, own, strict=True))
             rows["own_id"] = [before.get(track, 0) for track in rows["track_id"].tolist()]
-            one.rows, one.heard_s, one.sent_s = rows, self._reached_s, message.time_s
+            one.rows, one.heard_s, one.sent_s = rows, np.inf, message.time_s
             one.messages, one.hears = one.messages + 1, self.name in message.heard
             one.biases = [bias.model_dump_json() for bias in message.biases]
             match(self._own, one.rows)
@@ -145,7 +146,8 @@ class RegionBoard:
             self._own = self._own[:0]
             self._reached_s = self._step = -np.inf
             for one in self._neighbours.values():
-                one.rows, one.heard_s = one.rows[:0], -np.inf
+                one.rows, one.sent_s = one.rows[:0], -np.inf
+                one.heard_s = np.inf if one.messages else -np.inf
 
     # ---------------------------------------------------------------- readers
 
@@ -229,10 +231,9 @@ class RegionBoard:
         return marks
 
     def _reach(self, time_s: float) -> None:
-        if not np.isfinite(self._reached_s):
-            # Messages before the first update were heard at it.
-            for one in self._neighbours.values():
-                one.heard_s = time_s if one.messages else one.heard_s
+        # The data time may have stood still for long: it does not show when a message was sent.
+        for one in self._neighbours.values():
+            one.heard_s = min(one.heard_s, time_s)
         self._reached_s = time_s
 
     def _remove(self, gone: NDArray[np.int64], left: int, until: int) -> int:
@@ -294,8 +295,9 @@ class RegionBoard:
         self._decide(places)
 
     def _decide(self, places: NDArray[np.intp]) -> None:
-        own, now_s = self._own, self._reached_s
-        claims = self._claims()
+        own, reached_s = self._own, self._reached_s
+        now_s = self._latest_s()
+        claims = self._claims(now_s)
         claimed = np.isin(own["track_id"][places], list(claims))
         places = places[claimed | ~own["responsible"][places]]
         depth_m = self._depth_m(own[places])
@@ -306,9 +308,9 @@ class RegionBoard:
             position = Position(
                 self.name, bool(row["responsible"]), float(row["since_s"]),
                 depth >= self.rules.hysteresis_m, fresh and not row["tentative"],
-                other and now_s - float(row["first_s"]) < self.rules.silence_s,
+                other and reached_s - float(row["first_s"]) < self.rules.silence_s,
             )  # fmt: skip
-            decided = decide(position, claims.get(int(row["track_id"]), ()), now_s)
+            decided = decide(position, claims.get(int(row["track_id"]), ()), reached_s)
             follows = decided.follows
             row["responsible"], row["since_s"] = decided.responsible, decided.since_s
             row["duplicate_of"] = b"" if decided.responsible or follows is None else follows.track
@@ -317,13 +319,19 @@ class RegionBoard:
                 row["aircraft"] = b"" if follows.aircraft == own_name else follows.aircraft
                 self.takeovers += decided.responsible
 
-    def _claims(self) -> dict[int, list[Claim]]:
+    # The data of a region may have ceased, and its data time with them: its tracks age by the time
+    # of the others. Their messages are in the journal.
+    def _latest_s(self) -> float:
+        alive = (one.sent_s for one in self._neighbours.values() if self._is_alive(one))
+        return max([self._reached_s, *alive])
+
+    def _claims(self, now_s: float) -> dict[int, list[Claim]]:
         found: dict[int, list[Claim]] = {}
         for name, one in self._neighbours.items():
             if not self._is_alive(one):
                 continue
             for row in one.rows[one.rows["responsible"] & (one.rows["own_id"] > 0)]:
-                fresh = one.sent_s - float(row["time_s"]) <= self.rules.coast_after_s
+                fresh = now_s - float(row["time_s"]) <= self.rules.coast_after_s
                 fresh = fresh and not row["tentative"]
                 track = reference(name, int(row["track_id"]))
                 since_s, aircraft = float(row["since_s"]), bytes(row["aircraft"])
@@ -349,14 +357,14 @@ class RegionBoard:
         return self.areas.depth_m(rows["latitude_rad"], rows["longitude_rad"])
 
     def _figures(self, name: str, one: Neighbour) -> dict[str, Any]:
-        age_s = self._reached_s - one.heard_s
+        age_s = self._reached_s - one.heard_s if one.heard_s < np.inf else 0.0
         state = "silent" if self._is_silent(one) else "alive"
         return {
             "name": name,
             "latitude_deg": self.areas.neighbours[name].latitude_deg,
             "longitude_deg": self.areas.neighbours[name].longitude_deg,
             "state": state if one.messages else "expected",
-            "age_s": round(age_s, 2) if np.isfinite(age_s) else None,
+            "age_s": round(age_s, 2) if np.isfinite([self._reached_s, age_s]).all() else None,
             "tracks": len(one.rows),
             "matched": int(np.count_nonzero(one.rows["own_id"])),
             "messages": one.messages,

@@ -1,0 +1,120 @@
+"""Which of two regions is responsible while the data of one of them have ceased."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.regions.areas import Areas, Centre
+from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
+from multiradar.runtime.memory.regions.messages import packed
+from multiradar.runtime.memory.regions.outgoing import handover_message
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.tracking.settings import TrackingSettings
+from support.fakes.fake_engine import FakeEngine
+from support.inputs.timed_batches import timed_batch
+from support.scenarios.live_scene import sensors
+
+CENTRES = {"west": Centre("west", 49.0, 8.0), "east": Centre("east", 49.0, 14.0)}
+TRACKING = TrackingSettings(reorder_horizon_s=6.0)
+#: One aircraft in the area of each region, both tracked by both regions: tracks 1 and 2.
+LONGITUDES_DEG = np.array([10.7, 11.3])
+#: From one update of all tracks to the next, s.
+SCAN_S = 4.0
+
+
+class Side:
+    """A region whose tracks are updated by the test."""
+
+    def __init__(self, name: str) -> None:
+        areas = Areas(CENTRES[name], [one for one in CENTRES.values() if one.name != name])
+        self.board = RegionBoard(areas, RegionRules())
+        self.known = Knowledge(sensors(), TRACKING, RuntimeLimits())
+        self._engine = FakeEngine()
+
+    def update(self, time_s: float) -> None:
+        """Update both tracks."""
+        tracks = np.arange(2)
+        batch = replace(
+            timed_batch([time_s, time_s]), track_number=tracks, mode_s_address=0x4B0000 + tracks
+        )
+        output = self._engine.push(batch)
+        place = {
+            "latitude_rad": np.radians([49.0, 49.0]), "longitude_rad": np.radians(LONGITUDES_DEG)
+        }  # fmt: skip
+        output = replace(output, updates=replace(output.updates, **place))
+        self.board.absorb(output)
+        self.known.absorb(output, time_s + TRACKING.reorder_horizon_s)
+
+    def responsible(self) -> set[int]:
+        """Return the tracks for which the region is responsible."""
+        marks = self.board.marks(np.array([1, 2]))
+        return set((np.flatnonzero(marks["responsible"]) + 1).tolist())
+
+
+def exchange(*sides: Side) -> None:
+    """Hand over from each region to the other, both as they are before."""
+    messages = [handover_message(one.board, one.known) for one in sides]
+    for side, message in zip(sides, reversed(messages), strict=True):
+        assert message is not None
+        side.board.hand_over(packed(message))
+
+
+@pytest.fixture
+def pair() -> tuple[Side, Side]:
+    """West and East, 20 s after the start; each is responsible for the aircraft in its area."""
+    west, east = Side("west"), Side("east")
+    for second in range(21):
+        for side in (west, east):
+            if second % SCAN_S == 0.0:
+                side.update(float(second))
+        exchange(west, east)
+    assert (west.responsible(), east.responsible()) == ({1}, {2})
+    return west, east
+
+
+def test_a_region_without_data_gives_up_its_aircraft(pair: tuple[Side, Side]) -> None:
+    """Its tracks stood still with its data time, and so were as recent as ever."""
+    west, east = pair
+    taken_s: dict[str, float] = {}
+    for second in range(21, 120):
+        if second % SCAN_S == 0.0:
+            west.update(float(second))
+        exchange(west, east)
+        assert 1 in west.responsible()
+        if 2 in west.responsible():
+            taken_s.setdefault("west", second)
+        if 2 not in east.responsible():
+            taken_s.setdefault("east", second)
+    assert 32.0 <= taken_s["west"] <= taken_s["east"] <= 38.0
+    assert (west.responsible(), east.responsible()) == ({1, 2}, set())
+    # The data of East return: it takes over what is in its area, and nothing else.
+    east.update(120.0)
+    assert 1 not in east.responsible()
+    west.update(120.0)
+    for _ in range(2):
+        exchange(west, east)
+    assert (west.responsible(), east.responsible()) == ({1}, {2})
+
+
+def test_a_region_that_continues_with_old_tracks_is_responsible_for_none_of_them(
+    pair: tuple[Side, Side],
+) -> None:
+    """It was again by its second message, and the other gave up what it tracked."""
+    west, east = pair
+    for second in range(21, 61):
+        if second % SCAN_S == 0.0:
+            west.update(float(second))
+    assert west.responsible() == {1, 2}
+    for _ in range(3):
+        exchange(west, east)
+        assert west.responsible() == {1, 2}
+    assert east.responsible() == set()
+    # West is not silent, although the data time of East advances by more than `silence_s`.
+    east.update(61.0)
+    assert (east.responsible(), east.board.silent()) == (set(), [])
+    west.update(61.0)
+    exchange(west, east)
+    exchange(west, east)
+    assert (west.responsible(), east.responsible()) == ({1}, {2})
