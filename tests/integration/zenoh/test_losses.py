@@ -87,6 +87,19 @@ def test_of_an_endpoint_only_protocol_and_address_are_reported() -> None:
         assert "private_key" not in str(caught.value)
 
 
+@pytest.mark.fault(31)
+def test_of_two_routers_at_one_port_the_lost_one_is_reported() -> None:
+    first = free_endpoint()
+    second = first.replace("127.0.0.1", "127.0.0.2")
+    routers = [router(first), router(second)]
+    bus = ZenohBus(ZenohOptions(listen=(), connect=(first, second)))
+    wait_until(lambda: bus.links == 2 and bus.unreachable == (), "both links")
+    close(routers.pop())
+    wait_until(lambda: bus.unreachable == (second,), "the lost router")
+    bus.close()
+    close(routers.pop())
+
+
 def test_a_port_in_use_is_an_error_at_the_start() -> None:
     with (
         gateway(StreamingView()) as running,

@@ -32,6 +32,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.access_control import access_control, handover_control
 from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
 from multiradar.ingest.zenoh.keys import INSTANCES, TRACK_HISTORY
+from multiradar.ingest.zenoh.links import missing_links
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.settings.access import AccessSettings
 
@@ -239,6 +240,7 @@ class ZenohBus:
         self.counts = BusCounts()
         self.endpoints = tuple(map(locator, listen))
         self._connected_to = tuple(map(locator, connect))
+        self._is_client = json.loads(config.get_json("mode")) == "client"
         self.instance = str(self._session.zid())
         self._declared: list[Any] = []
 
@@ -249,12 +251,9 @@ class ZenohBus:
 
     @property
     def unreachable(self) -> tuple[str, ...]:
-        """Configured endpoints without a link, each as protocol and address.
-
-        Links are known by address, endpoints by name: protocol and port are compared.
-        """
-        linked = {_port(str(link.dst)) for link in self._session.info.links()}
-        return tuple(one for one in self._connected_to if _port(one) not in linked)
+        """Configured endpoints without a link, each as protocol and address."""
+        linked = [str(link.dst) for link in self._session.info.links()]
+        return missing_links(self._connected_to, linked, one=self._is_client)
 
     def announce(self) -> None:
         """Declare the liveliness tokens of this instance and of its histories."""
@@ -378,12 +377,6 @@ def _endpoints(config: zenoh.Config, side: str) -> tuple[str, ...]:
     if isinstance(found, dict):  # A list for each mode.
         found = found.get(json.loads(config.get_json("mode")) or "peer", [])
     return tuple(str(endpoint) for endpoint in found)
-
-
-# Protocol and port of an endpoint.
-def _port(endpoint: str) -> tuple[str, str]:
-    protocol, _, address = locator(endpoint).partition("/")
-    return protocol, address.rpartition(":")[2]
 
 
 def _request(query: zenoh.Query) -> Request:
