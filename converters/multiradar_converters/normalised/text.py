@@ -390,7 +390,7 @@ def _read_line(collected: _Collected, index: int, line: bytes) -> None:
         collected.reject(index, error.code, error.reason, raw)
         return
     if end != len(text):
-        reason = f"expected one object per line, found {_at(text, end)} after the object"
+        reason = f"expected one object per line, found {_at(text, _skip(text, end))} after it"
         collected.reject(index, RejectCode.MALFORMED_JSON, reason, raw)
         return
     collected.add(index, value, raw)

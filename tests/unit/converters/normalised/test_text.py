@@ -244,6 +244,32 @@ def test_a_row_is_parsed_up_to_its_limit(more: int, code: RejectCode) -> None:
     assert len(found.frame) == 2
 
 
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b"", "expected a JSON array, found the end"),
+        (b" \t7", "expected a JSON array, found '7' at character 2"),
+        (b"[{}, {}  7]", "expected a comma or the end of the array, found '7]' at character 9"),
+        (b"[{} \n", "expected a comma or the end of the array, found the end"),
+        (b"[ {} ]  x", "expected nothing after the array, found 'x' at character 8"),
+    ],
+)
+def test_what_is_no_array_is_shown_with_its_place(body: bytes, reason: str) -> None:
+    with pytest.raises(BodyError) as rejection:
+        parse_json(body)
+    assert rejection.value.reason == reason
+
+
+def test_what_follows_the_object_of_a_line_is_shown_with_its_place() -> None:
+    reasons = [one.reason for one in parse_ndjson(b"{}  7").rejected]
+    assert reasons == ["expected one object per line, found '7' at character 4 after it"]
+
+
+@pytest.mark.parametrize("body", [b"[]", b" [ ] ", b"\n[\n]\t\r\n"])
+def test_an_empty_array_has_no_rows(body: bytes) -> None:
+    assert len(parse_json(body).frame) == len(parse_json(body).rejected) == 0
+
+
 @pytest.mark.parametrize("cut", [1, 1023, 1024, 1025, 65_535, 65_536, 65_537, 100_000])
 def test_a_long_row_that_does_not_end_is_malformed(cut: int) -> None:
     body = array(HOSTILE["keys"])[:cut]

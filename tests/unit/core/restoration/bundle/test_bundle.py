@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.errors import (
     ConfigurationError,
@@ -10,6 +11,7 @@ from multiradar.errors import (
     ShapeError,
     TimeOrderError,
 )
+from multiradar.restoration.bundle import trajectory_bundle
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED
 from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import KIND_NAMES, BundleSettings
@@ -84,6 +86,31 @@ def test_a_lost_aircraft_is_reacquired() -> None:
     assert np.hypot(now.state[0] - 180.0 * (now.time_s - 100.0), now.state[1] - 3e4) < 100.0
     # It has no estimate of the time before.
     assert bundle.window_s[0] >= 98.0
+
+
+def test_a_reinitialisation_in_vain_is_repeated_after_eight_seconds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bundle = followed(plots_of(flight(((0.0, 0.0),)), 60.0, np.random.default_rng(12)))
+    tried: list[float] = []
+    found = bundle._tracks[:1].copy()
+    now_s = 0.0
+
+    def attempt(*_: object) -> NDArray[np.float64]:
+        tried.append(now_s)
+        return found
+
+    # The last plots always seem to be of another aircraft, and the new track is never likelier.
+    monkeypatch.setattr(trajectory_bundle, "lost_since", lambda _: bundle._last - 5)
+    monkeypatch.setattr(trajectory_bundle, "fits_none", lambda _: False)
+    monkeypatch.setattr(trajectory_bundle, "is_likelier", lambda *_, refuted: refuted)
+    monkeypatch.setattr(trajectory_bundle, "first_tracks", attempt)
+    for now_s in np.arange(62.0, 92.0, 2.0):
+        # A copy does not begin anew.
+        bundle = bundle.copy()
+        bundle.push(now_s, np.array([180.0 * now_s, 0.0]), NOISE)
+    assert tried == [62.0, 70.0, 78.0, 86.0]
+    assert bundle.restarts == 0
 
 
 def test_dissimilar_tracks_are_kept() -> None:

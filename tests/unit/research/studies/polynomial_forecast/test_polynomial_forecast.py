@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from multiradar.research.studies.polynomial_forecast import study as polynomial_forecast
+from multiradar.research.studies.polynomial_forecast.plots import SINGLE_RUNS
 from multiradar.research.studies.polynomial_forecast.runs import (
     FILTER_TIMES_S,
     FORECAST_FROM_S,
     HORIZONS_S,
+    INTENSITIES,
     PRIOR,
     band,
     draw_moments,
@@ -120,6 +122,22 @@ def test_the_monte_carlo_lies_in_its_bands_and_they_are_those_of_its_runs(
         low, exact, high = (float(row[name] or 0.0) for name in ("band_low", "exact", "band_high"))
         assert low < float(row["monte_carlo"] or 0.0) < high
         assert (low / exact, high / exact) == pytest.approx((0.917, 1.087), abs=2e-3)
+
+
+@pytest.mark.parametrize("begin_s", FORECAST_FROM_S)
+def test_single_errors_lie_in_the_band_of_two_sigma(result: StudyResult, begin_s: float) -> None:
+    (plot,) = [one for one in result.plots if one.name == f"forecast-fan-{begin_s:g}"]
+    limits, *runs = plot.series
+    assert limits.y2 is not None
+    assert limits.y == pytest.approx(-limits.y2)
+    assert len(runs) == SINGLE_RUNS
+    for at, ahead_s in ((0, 0.0), (25, 5.0), (50, 10.0)):
+        variance = regression_variance(INTENSITIES[0], begin_s, begin_s + ahead_s)
+        assert limits.x[at] == pytest.approx(ahead_s)
+        assert limits.y2[at] == pytest.approx(2.0 * np.sqrt(variance))
+        # 25 squared errors: 99.9 % of their mean over the variance is between 0.35 and 2.1.
+        errors = np.array([one.y[at] for one in runs])
+        assert 0.35 < np.mean(errors**2) / variance < 2.1
 
 
 def test_the_same_seed_gives_the_same_rows_and_another_gives_others() -> None:
