@@ -17,8 +17,8 @@ export function announce({ feed }: App): void {
   lost = isLost;
   // Alarms of the time shown in a history are not news.
   const active = feed.sensorsAtS !== null ? alarms : new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarmName(alarm)}`)));
-  for (const one of active) if (!alarms.has(one)) said.push(`Alarm for radar ${one}.`);
-  for (const one of alarms) if (!active.has(one)) said.push(`Alarm for radar ${one} cleared.`);
+  for (const one of active) if (!alarms.has(one)) said.push(`Alarm for sensor ${one}.`);
+  for (const one of alarms) if (!active.has(one)) said.push(`Alarm for sensor ${one} cleared.`);
   alarms = active;
   const log = document.getElementById("announcer");
   for (const one of said) {

@@ -154,6 +154,7 @@ function rejects(app: App): TemplateResult {
 
 /** The last rejected rows of a reason. */
 function shown(code: string, app: App): TemplateResult {
+  if (app.clock.recorded) return html`<p class="hint">The rejected rows are listed in the output of the run.</p>`;
   let source = examples.get(code);
   if (source === undefined) examples.set(code, (source = new Source(EXAMPLES_MS)));
   const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);

@@ -143,6 +143,11 @@ export class Feed {
     return nowMs - this.answeredMs > LOST_MS;
   }
 
+  /** Whether the service has just said in which state it is. */
+  isStatusFresh(nowMs: number): boolean {
+    return !this.isUnreachable && nowMs - this.statusMs < SLOW_TICK_MS + LOST_MS;
+  }
+
   /** Since how long no sensor has delivered, s; null while data come, and for a replay. */
   get silenceS(): number | null {
     const { alarms, silence_s: silence } = this.status;

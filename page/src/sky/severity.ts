@@ -44,7 +44,7 @@ const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, SILENT: 3, "BEARINGS 
 const ALARMS: Record<string, { name: string; meaning?: string }> = {
   silent: { name: "no plots", meaning: "No plots for five scans of aircraft that other radars still detect." },
   bias_jump: { name: "bias jump", meaning: "A bias jumped within the last eight scans." },
-  noise: { name: "noise", meaning: "The noise is more than twice the configured noise." },
+  noise: { name: "noise", meaning: "The noise is more than twice, or less than a quarter of, the configured noise." },
   site: { name: "wrong site", meaning: "Its configured site is wrong, or the site of a radar that detects the same aircraft." },
   address: { name: "wrong Mode S address", meaning: "A plot updated a track with a different Mode S address: a bug in multiradar." },
   clock: { name: "wrong clock" },
@@ -105,8 +105,8 @@ export function isWithoutPlots(sensor: Sensor, store: Store, olderS: number | nu
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
 export function doubtOf({ level }: Severity, sensor: Sensor, sensors: readonly Sensor[]): string {
   const isWrong = level === "FAULT" && sensor.diagnoses.some(({ code }) => !MISSING.has(code ?? ""));
-  if (isWrong || isMisplaced(sensor)) return "this radar has a fault";
-  if (alarmsOf(sensor).includes("clock")) return "the clock of this radar is wrong";
+  if (isWrong || isMisplaced(sensor)) return "this sensor has a fault";
+  if (alarmsOf(sensor).includes("clock")) return "the clock of this sensor is wrong";
   const wrong = sensors.find(isMisplaced);
   return wrong === undefined ? "" : `the positions from ${wrong.id} are wrong`;
 }

@@ -18,10 +18,11 @@ export function presentOf(feed: Feed, nowMs: number): Present {
   const silence = number("silence_s");
   // After a restart the service does not know when it received data before; the page may.
   const forS = feed.receivedMs !== null ? (nowMs - feed.receivedMs) / 1000 : silence === null ? null : silence + sinceS;
-  if (feed.isLost(nowMs) || feed.isUnreachable) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
   const { state } = status;
+  // While it starts the service has no picture, but it answers.
+  if (feed.isStatusFresh(nowMs) && state !== undefined && state !== "running") return { word: "Not running", forS };
+  if (feed.isLost(nowMs) || feed.isUnreachable) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
   if (state === undefined) return { word: "Connecting", forS: 0 };
-  if (state !== "running") return { word: "Not running", forS };
   const lagS = lagOf(status);
   if (lagS !== null) return { word: "Delayed", forS: lagS + sinceS };
   const waiting = (number("intake_rows") ?? 0) + (number("backlog_rows") ?? 0);

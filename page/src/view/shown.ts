@@ -2,6 +2,7 @@
 
 import { PLOTS_KEPT_S } from "../sky/plots";
 import type { Track } from "../sky/store";
+import { levelNumber } from "./units";
 import type { Filters, ViewState } from "./view";
 
 /** The names of the runs among what is hidden. */
@@ -12,7 +13,7 @@ export function isShown(track: Track, view: ViewState, isOther = false): boolean
   if (!view.shown.tracks || view.hidden.has(RUN_KEYS[isOther ? otherRun(view) : view.run])) return false;
   if (track.state === "tentative" && !view.shown.tentative) return false;
   if (track.onGround && !view.shown.ground) return false;
-  return matches(track, view.filters);
+  return matches(track, view);
 }
 
 /** The run that is shown for comparison. */
@@ -20,12 +21,13 @@ export function otherRun({ run }: ViewState): 0 | 1 {
   return run === 0 ? 1 : 0;
 }
 
-export function matches(track: Track, filters: Filters): boolean {
+function matches(track: Track, { filters, units }: ViewState): boolean {
   const { fromM, toM, sensor, state } = filters;
   if (state !== "" && track.state !== state) return false;
-  // A track of unknown level is in no band.
-  if (fromM !== null && !(track.heightM >= fromM)) return false;
-  if (toM !== null && !(track.heightM <= toM)) return false;
+  // As levels are shown: rounded. A track of unknown level is in no band.
+  const shown = levelNumber(track.heightM, units);
+  if (fromM !== null && !(shown >= levelNumber(fromM, units))) return false;
+  if (toM !== null && !(shown <= levelNumber(toM, units))) return false;
   if (sensor !== "" && !((track.heardS.get(sensor) ?? -Infinity) >= track.timeS - PLOTS_KEPT_S)) return false;
   return hasText(track, filters.text);
 }

@@ -12,8 +12,13 @@ const known = (value: number): boolean => Number.isFinite(value);
 export function level(heightM: number, units: Units, isEstimated = false): string {
   if (!known(heightM)) return "–";
   const mark = isEstimated ? "~" : "";
-  if (units === "si") return `${mark}${Math.round(heightM)} m`;
-  return `${mark}F${String(Math.max(0, Math.round(heightM / FOOT_M / 100))).padStart(3, "0")}`;
+  const shown = levelNumber(heightM, units);
+  return units === "si" ? `${mark}${shown} m` : `${mark}F${String(shown).padStart(3, "0")}`;
+}
+
+/** A level as it is shown: a flight level, or metres. */
+export function levelNumber(heightM: number, units: Units): number {
+  return units === "si" ? Math.round(heightM) : Math.max(0, Math.round(heightM / FOOT_M / 100));
 }
 
 /** A difference of heights. */

@@ -51,6 +51,7 @@ export interface ViewState {
 /** Time between frames, ms: normally, and at least. */
 const TICK_MS = 500;
 const TICK_MIN_MS = 100;
+const TICK_MAX_MS = 60_000;
 
 /** Each switch: its key, its name and whether it is on at first. */
 export const SWITCHES: readonly [Switch, string, string, boolean][] = [
@@ -119,7 +120,7 @@ export function initialView(address: string): ViewState {
       ? [((((longitude + 180) % 360) + 360) % 360) - 180, Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, latitude))] : null,
     zoom: zoom === null ? null : Math.max(ZOOM_MIN, Math.min(ZOOM_MAX, zoom)),
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
-    tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
+    tick: Math.min(TICK_MAX_MS, Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS)),
     at: at !== null && Math.abs(at) <= TIME_MAX_S ? at : null,
     run: given.get("run") === "1" ? 1 : 0,
     hidden: new Set((given.get("without") ?? "").split(",").filter((one) => /^[or][0-9]{1,2}$/.test(one))),

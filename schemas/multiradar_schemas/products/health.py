@@ -28,9 +28,9 @@ class RadarHealth(Record):
         described(
             "Active alarms, separated by commas: `silent` (for 5 scans, no plot of the tracks "
             "that the radar detected before and that other radars still detect), `bias_jump` (an "
-            "offset jumped within the last 8 scans), `noise` (more than twice the configured "
-            "value), `site` (wrong site position) and `address` (a plot updated a track with "
-            "another Mode S address: a bug); empty if no alarm is active",
+            "offset jumped within the last 8 scans), `noise` (more than twice, or less than a "
+            "quarter of, the configured value), `site` (wrong site position) and `address` (a plot "
+            "updated a track with another Mode S address: a bug); empty if no alarm is active",
             unit="names",
             source="tracker",
         ),

@@ -72,7 +72,8 @@ def with_ray() -> Iterator[None]:
         if error.name != "ray":
             raise
         raise ConfigurationError(
-            "engine: ray is not installed; install the extra: pip install 'multiradar[cluster]'"
+            "engine: ray is not installed; in the source directory: "
+            "pip install --require-hashes -r requirements/cluster.txt"
         ) from error
 
 

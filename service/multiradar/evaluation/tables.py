@@ -294,6 +294,10 @@ def _require_numeric(frame: pl.DataFrame, columns: tuple[str, ...], source: str)
         if not frame[name].dtype.is_numeric():
             msg = f"{source}: {name}: expected numbers, was {frame[name].dtype}"
             raise InputError(msg)
+        if name == "time_s" and frame[name].dtype == pl.Float32:
+            # Single precision counts Unix times in steps of 128 s.
+            msg = f"{source}: time_s: expected float64 or integers, was {frame[name].dtype}"
+            raise InputError(msg)
 
 
 def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:

@@ -132,7 +132,8 @@ def open_traces(
         from opentelemetry.sdk.trace.sampling import TraceIdRatioBased
     except ImportError as error:
         raise ConfigurationError(
-            "traces.endpoint: requires the OpenTelemetry packages: pip install multiradar[traces]"
+            "traces.endpoint: requires the OpenTelemetry packages; in the source directory: "
+            "pip install --require-hashes -r requirements/traces.txt"
         ) from error
     if exporter is None:
         session = requests.Session()

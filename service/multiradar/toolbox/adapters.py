@@ -95,16 +95,21 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
     missing = [name for name in needed if name not in frame.columns]
     if missing:
         raise MissingColumnError("flights", missing, frame.columns)
-    found = frame.drop_nulls(["timestamp", "latitude", "longitude"]).select(
-        (pl.col("timestamp").dt.epoch("us") / 1e6).alias("time_s"),
-        pl.lit(sensor_id).alias("sensor_id"),
-        pl.lit("adsb").alias("kind"),
-        pl.col("latitude").cast(pl.Float64).alias("latitude_deg"),
-        pl.col("longitude").cast(pl.Float64).alias("longitude_deg"),
-        (pl.col("altitude").cast(pl.Float64) * FOOT_M).fill_nan(None).alias("height_m"),
-        pl.col("icao24").cast(pl.String).str.to_uppercase().alias("mode_s_address"),
-        _present(frame, "callsign", pl.String),
-        _flight_number(frame).alias("track_number"),
+    places = pl.col("latitude", "longitude").cast(pl.Float64).fill_nan(None)
+    found = (
+        frame.with_columns(places)
+        .drop_nulls(["timestamp", "latitude", "longitude"])
+        .select(
+            (pl.col("timestamp").dt.epoch("us") / 1e6).alias("time_s"),
+            pl.lit(sensor_id).alias("sensor_id"),
+            pl.lit("adsb").alias("kind"),
+            pl.col("latitude").alias("latitude_deg"),
+            pl.col("longitude").alias("longitude_deg"),
+            (pl.col("altitude").cast(pl.Float64) * FOOT_M).fill_nan(None).alias("height_m"),
+            pl.col("icao24").cast(pl.String).str.to_uppercase().alias("mode_s_address"),
+            _present(frame, "callsign", pl.String),
+            _flight_number(frame).alias("track_number"),
+        )
     )
     return found.select(
         pl.col(name) if name in found.columns else pl.lit(None, kind).alias(name)

@@ -63,7 +63,8 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
     structured = isinstance(given, np.ndarray) and given.dtype.names is not None
     try:
         if structured or isinstance(given, ArrowTable | Mapping) or _are_rows(given):
-            frame = pl.DataFrame(given, nan_to_null=structured)  # type: ignore[arg-type]  # checked above
+            # NumPy has no other mark of a missing value.
+            frame = pl.DataFrame(given, nan_to_null=True)  # type: ignore[arg-type]  # checked above
             return _without_objects(_not_empty(frame, name))
     except (pl.exceptions.PolarsError, TypeError, ValueError, ImportError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]

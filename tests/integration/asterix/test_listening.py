@@ -189,7 +189,11 @@ def test_an_unknown_edition_is_reported(serving: Callable[..., Application]) -> 
             ("--to", "udp:239.0.0.1:86", "--interface", "lo"),
             "--interface: expected an IPv4 address, was 'lo'",
         ),
-        (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "--run-name do not apply"),
+        (
+            ("--to", "udp:127.0.0.1:86", "--kinds", "radar", "--no-flush", "--batch", "10"),
+            "--kinds and --batch and --no-flush do not apply with --to udp:",
+        ),
+        (("--times", "now"), "--times apply with --to udp: only"),
     ],
 )
 def test_a_wrong_address_is_reported(

@@ -163,6 +163,18 @@ def test_a_site_is_solved_beside_dated_adsb(
     assert solved.longitude_deg == pytest.approx(8.0, abs=0.003)
 
 
+def test_the_end_of_a_recording_after_midnight_is_on_its_second_day(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "night.ast"
+    times_s = (86_340.0 + 4.0 * turn for turn in range(30))
+    path.write_bytes(b"".join(block(48, plot_048(time_s % 86_400.0)) for time_s in times_s))
+    assert run(["inspect", str(path)]) == EXIT_DONE
+    # Of the table of sensors.
+    said = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "23:59:00 00:00:56 (day 2)" in said
+
+
 def test_several_files_are_one_recording(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

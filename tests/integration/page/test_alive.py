@@ -159,6 +159,21 @@ def test_a_service_that_restarted_without_new_data_is_not_live(page: Page, tmp_p
         air.application.stop()
 
 
+def test_a_service_that_starts_has_no_picture_but_answers(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.route("**/v1/picture*", lambda route: route.fulfill(status=503, json={"detail": "starts"}))
+    page.route(
+        "**/v1/status",
+        lambda route: route.fulfill(json=route.fetch().json() | {"state": "recovering"}),
+    )
+    mode = page.locator("#time .mode")
+    expect(mode).to_have_text("Not running")
+    settled(page, "window.multiradar.feed.isLost(performance.now())")
+    seen = page.evaluate("window.multiradar.feed.revision")
+    settled(page, f"window.multiradar.feed.revision > {seen} + 1")
+    expect(mode).to_have_text("Not running")
+
+
 def test_a_service_out_of_reach_is_not_live_and_ages_go_on(page: Page, air: Air) -> None:
     opened(page, air)
     page.route("**/v1/**", lambda route: route.abort())

@@ -52,6 +52,13 @@ def pixels(page: Page) -> int:
     return count
 
 
+def test_an_address_cannot_make_the_page_ask_without_a_pause(page: Page, air: Air) -> None:
+    """Browsers take a wait of more than 2³¹ ms for none."""
+    opened(page, air, "/#tick=9999999999")
+    page.evaluate("window.multiradar.actions.units()")
+    settled(page, "location.hash.includes('tick=60000')")
+
+
 def test_the_picture_has_the_tracks_of_the_service_and_asks_no_other_host(
     page: Page, air: Air
 ) -> None:

@@ -124,6 +124,14 @@ def test_what_is_filtered_out_of_the_table_is_not_on_the_map(page: Page) -> None
     page.get_by_label("to", exact=True).fill("200")
     expect(page.get_by_text("its lower limit is above its upper limit")).to_be_visible()
     expect(page.get_by_label("FL from")).to_have_attribute("aria-invalid", "true")
+    # A level that is shown is in the band of this level alone.
+    levels = page.evaluate(
+        f"{STORE}.tracks.map((one) => Math.round(one.heightM / 30.48)).filter((one) => one > 300)"
+    )
+    for name in ("FL from", "to"):
+        page.get_by_label(name, exact=True).fill(str(levels[0]))
+    expect(rows(page)).to_have_count(levels.count(levels[0]))
+    page.get_by_label("FL from").fill("300")
     page.get_by_label("to", exact=True).fill("")
     expect(rows(page)).to_have_count(30 - low)
     page.get_by_role("combobox", name="State").select_option("coasting")
@@ -327,7 +335,7 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     expect(summary).not_to_contain_text("west: west")
     expect(page.get_by_role("tab", name="Radars")).to_contain_text("1 FAULT")
     # Each sentence stays: another may follow it at any time.
-    expect(page.locator("#announcer")).to_contain_text("Alarm for radar west: noise.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for sensor west: noise.")
     assert page.evaluate("window.harmed") is None
     # A service that replays its journal after a restart has the alarms of earlier times.
     page.route("**/v1/status", replaying)
@@ -338,7 +346,7 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     expect(states.nth(0)).to_contain_text("FAULT")
     expect(page.locator("#announcer")).not_to_contain_text("cleared")
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("Alarm for radar west: noise cleared.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for sensor west: noise cleared.")
 
 
 def replaying(route: Route) -> None:

@@ -140,6 +140,11 @@ def _reports(frame: pl.DataFrame) -> object:
         ),
         (
             _tracks,
+            TRACKS.with_columns(pl.col("time_s").cast(pl.Float32)),
+            "time_s: expected float64 or integers, was Float32",
+        ),
+        (
+            _tracks,
             TRACKS.with_columns(height_m=pl.lit("high")),
             "height_m: expected numbers, was String",
         ),

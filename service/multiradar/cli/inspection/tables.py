@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from multiradar.report.content import Document, Plot, Table, Value
-from multiradar.report.times import clock_text, time_text
+from multiradar.report.times import clock_text, day_text, is_dated, time_text
 from multiradar_schemas.inspection import InspectedQuantity, InspectedSensor, Inspection
 
 _KILOMETRE_M = 1000.0
@@ -81,7 +81,9 @@ def _metres(metres: float | None) -> str | None:
 
 
 def _time(time_s: float | None) -> str | None:
-    return None if time_s is None else clock_text(time_s)
+    if time_s is None or not is_dated(time_s):
+        return None if time_s is None else time_text(time_s)
+    return f"{day_text(time_s)} {clock_text(time_s)}"
 
 
 def _sensors(found: Inspection) -> Table:

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
     from multiradar.ingest.replay.replaying import Destination, ReplayCounts
 
-_BATCH_ROWS_MAX = 65_536
+_BATCH_ROWS, _BATCH_ROWS_MAX = 1000, 65_536
+_AWAY_MAX_S = 120.0
+_HERE = "127.0.0.1"
 
 
 class EncodingChoice(StrEnum):
@@ -81,7 +83,7 @@ def replay(
         typer.Option(
             min=1, max=_BATCH_ROWS_MAX, help="Maximum number of measurements per message."
         ),
-    ] = 1000,
+    ] = _BATCH_ROWS,
     encoding: Annotated[
         EncodingChoice, typer.Option(help="Message encoding.")
     ] = EncodingChoice.ARROW,
@@ -114,13 +116,13 @@ def replay(
             "service has not responded yet, the limit is 5 s; while the service is starting, "
             "there is no limit.",
         ),
-    ] = 120.0,
+    ] = _AWAY_MAX_S,
     interface: Annotated[
         str,
         typer.Option(
             metavar="ADDRESS", help="With udp: network interface for the multicast group."
         ),
-    ] = "127.0.0.1",
+    ] = _HERE,
     times: Annotated[
         Times,
         typer.Option(help="With udp: times of day as recorded, or shifted to the present."),
@@ -132,9 +134,20 @@ def replay(
     With udp: MEASUREMENTS is an ASTERIX recording, sent datagram by datagram as recorded.
     """
     if is_udp(to):
-        if (kinds, date, profile, run_name) != (None, None, None, None):
-            msg = "--kinds, --date, --profile and --run-name do not apply with --to udp:"
-            raise typer.BadParameter(msg)
+        _require_none(
+            "do not apply with --to udp:",
+            {
+                "--kinds": kinds is not None,
+                "--date": date is not None,
+                "--profile": profile is not None,
+                "--run-name": run_name is not None,
+                "--batch": batch != _BATCH_ROWS,
+                "--encoding": encoding is not EncodingChoice.ARROW,
+                "--wait": wait != _AWAY_MAX_S,
+                "--no-flush": not flush,
+                "--allow-missing": allow_missing,
+            },
+        )
         replay_datagrams(
             measurements,
             to,
@@ -144,6 +157,10 @@ def replay(
             json_wanted=json_wanted,
         )
         return
+    _require_none(
+        "apply with --to udp: only",
+        {"--interface": interface != _HERE, "--times": times is not Times.RECORDED},
+    )
     from multiradar.clock import SystemClock
     from multiradar.ingest.replay.replaying import Replay, ReplayPlan
     from multiradar.ingest.replay.service_diagnoses import service_diagnoses
@@ -199,6 +216,12 @@ def replay(
         findings.append(msg)
     if findings:
         raise FindingsError(findings, counts)
+
+
+def _require_none(why: str, given: "Mapping[str, bool]") -> None:
+    names = [name for name, is_given in given.items() if is_given]
+    if names:
+        raise typer.BadParameter(f"{' and '.join(names)} {why}")
 
 
 # Why the first of them was rejected, if all were for one reason.

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,24 +65,25 @@ def _headline(compared: Any) -> str:
 
 # Only options that differ from the defaults.
 def _command(tracks: Path, figures: Any) -> str:
+    from multiradar.evaluation.presets import PRESETS
     from multiradar.evaluation.settings import EvaluationSettings
 
     reference = figures["reference"]
     option = "truth" if reference["kind"] == "recorded" else reference["kind"]
-    parts = ["multiradar evaluate", str(tracks), f"--{option}", reference["path"]]
-    if "truth" in reference:
-        parts += ["--truth", reference["truth"]]
-    if "sensors" in reference:
-        parts += ["--sensors", reference["sensors"]]
-    if "measurements" in reference:
-        parts += ["--measurements", reference["measurements"]]
+    parts = ["multiradar", "evaluate", str(tracks), f"--{option}", reference["path"]]
+    for name in ("truth", "processor", "sensors", "measurements"):
+        if name in reference:
+            parts += [flag_of(name), reference[name]]
+    evaluated = dict.fromkeys(one["preset"] for one in figures["presets"])
+    if len(evaluated) < len(PRESETS):
+        parts += [part for one in evaluated for part in ("--preset", one)]
     if reference.get("smoother") == "imm":
         parts += ["--smoother", "imm"]
     for name, value in dataclasses.asdict(EvaluationSettings()).items():
         given = figures["settings"][name]
         if given != value:
             parts += [flag_of(name)] if given is True else [flag_of(name), f"{given:g}"]
-    return " ".join(parts)
+    return shlex.join(parts)
 
 
 def flag_of(name: str) -> str:

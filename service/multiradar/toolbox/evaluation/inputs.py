@@ -224,7 +224,8 @@ def read_system_tracks(
         msg = f"{path}: {unseen_states(located)}"
         raise InputError(msg)
     reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
-    return Known("system-tracks", given, reference, plots)
+    claimed: dict[str, float | str] = {} if processor is None else {"processor": processor}
+    return Known("system-tracks", given, reference, plots, claimed=claimed)
 
 
 def read_smoothed(

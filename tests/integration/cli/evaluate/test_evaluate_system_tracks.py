@@ -1,7 +1,10 @@
 """`multiradar evaluate --system-tracks`: category 062 of another processor as the reference."""
 
+import html
 import json
 import math
+import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -125,12 +128,19 @@ def test_a_track_number_used_again_is_another_aircraft(
     assert found["compared"]["updates_compared"] >= len(early) + len(late) - 2
 
 
-def test_the_scorecard_names_its_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["evaluate", str(folder / "tracks"), "--system-tracks", str(folder / "system")]
-    page = folder / "page.html"
+def test_the_scorecard_names_the_command_that_makes_it_again(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    moved = tmp_path / "system tracks"
+    shutil.copytree(folder / "system", moved)
+    command = [
+        "evaluate", str(folder / "tracks"), "--system-tracks", str(moved), "--processor", "0-4",
+        "--preset", "ed142-tma",
+    ]  # fmt: skip
+    page = tmp_path / "page.html"
     assert run([*command, "--html", str(page)]) == EXIT_DONE
     assert "the system tracks of another processor" in capsys.readouterr().out
-    assert "--system-tracks" in page.read_text(encoding="utf-8")
+    assert html.escape(shlex.join(["multiradar", *command])) in page.read_text(encoding="utf-8")
 
 
 def test_a_recording_without_or_with_two_sets_of_system_tracks_is_rejected(

@@ -66,6 +66,14 @@ def test_trajectories_of_traffic_come_back_as_adsb_measurements() -> None:
     assert found["track_number"].to_list() == [None, 1, None]
 
 
+def test_rows_of_traffic_without_a_position_are_left_out() -> None:
+    frame = mr.adapters.to_traffic(TRACKS).with_columns(
+        latitude=pl.Series([47.0, float("nan"), None]), longitude=pl.Series([8.0, 8.0, 8.0])
+    )
+    found = mr.adapters.from_traffic(frame)
+    assert found["latitude_deg"].to_list() == [47.0]
+
+
 def test_a_table_that_is_not_of_traffic_is_named_with_what_it_lacks() -> None:
     frame = mr.adapters.to_traffic(TRACKS).rename({"altitude": "altitudes"})
     with pytest.raises(MissingColumnError, match=r"flights: .*rename altitudes to altitude\?"):

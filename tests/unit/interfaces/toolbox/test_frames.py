@@ -38,6 +38,18 @@ def test_tables_of_other_packages_become_polars_frames(given: object) -> None:
     assert found.with_columns(pl.col("sensor_id").cast(pl.String)).equals(EXPECTED)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"time_s": np.array([1.0, np.nan])},
+        np.array([(1.0,), (np.nan,)], [("time_s", "f8")]),
+    ],
+    ids=["columns", "structured"],
+)
+def test_nan_of_numpy_is_a_missing_value(given: object) -> None:
+    assert to_polars(given, "measurements")["time_s"].to_list() == [1.0, None]
+
+
 @pytest.mark.parametrize("given", [7, None, np.zeros(3), ["a", "b"], pa])
 def test_what_is_no_table_is_named_by_its_type(given: object) -> None:
     with pytest.raises(InputError, match=f"measurements: expected .*{type(given).__name__}"):

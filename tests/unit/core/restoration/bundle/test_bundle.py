@@ -88,7 +88,7 @@ def test_a_lost_aircraft_is_reacquired() -> None:
     assert bundle.window_s[0] >= 98.0
 
 
-def test_a_reinitialisation_in_vain_is_repeated_after_eight_seconds(
+def test_a_failed_reinitialisation_is_repeated_after_eight_seconds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0),)), 60.0, np.random.default_rng(12)))
@@ -106,7 +106,7 @@ def test_a_reinitialisation_in_vain_is_repeated_after_eight_seconds(
     monkeypatch.setattr(trajectory_bundle, "is_likelier", lambda *_, refuted: refuted)
     monkeypatch.setattr(trajectory_bundle, "first_tracks", attempt)
     for now_s in np.arange(62.0, 92.0, 2.0):
-        # A copy does not begin anew.
+        # A copy knows the last attempt.
         bundle = bundle.copy()
         bundle.push(now_s, np.array([180.0 * now_s, 0.0]), NOISE)
     assert tried == [62.0, 70.0, 78.0, 86.0]
