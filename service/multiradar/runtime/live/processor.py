@@ -198,12 +198,15 @@ class Processor:
         """
         self._rebuild(None, one_by_one=False)
         self.moved_s = None
+        if self.following:
+            self._publication.followed(is_first=True)
         if self._snapshots is not None:
             self._snapshots.verify_before(self._journal, self.fail, keep=self.following)
 
     def follow(self, until: int) -> None:
         """Process entries that another service has written, up to one, `FOLLOWED_MAX` at most."""
         self._follow(min(until, self.processed + FOLLOWED_MAX))
+        self._publication.followed()
 
     def lead(self) -> None:
         """Process what is left of the journal, which this service writes from now on."""
@@ -267,6 +270,7 @@ class Processor:
     def _follow(self, until: int) -> None:
         try:
             for group in self._stored(until, self._rows_max):
+                self._publication.hear(group)
                 self._process(group)
         except _EngineFailureError as failure:
             _log.warning("engine failed, replaying the journal", exc_info=failure.cause)

@@ -1,6 +1,7 @@
 """Distribution of the engine's output to its readers."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Protocol
 
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.observability.traces import MessageTraces
 from multiradar.runtime.live.alarms.silence import Silence
-from multiradar.runtime.live.backlog import Backlog
+from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.live.threads import Threads
@@ -86,6 +87,7 @@ class Publication:
         self._readers: list[OutputReader] = [self.diagnosis]
         self._recorder: Recorder | None = None
         self._regions: RegionBoard | None = None
+        self._silence: Silence | None = None
         #: Notes the times of messages; None where they are not traced.
         self.traces: MessageTraces | None = None
         #: Readers that need the whole output again after a restart.
@@ -106,6 +108,7 @@ class Publication:
 
     def watch_silence(self, silence: Silence) -> None:
         """Age the tracks by reception, too, and date the events. To be called before the start."""
+        self._silence = silence
         self._events.delay_s = lambda: silence.delay_s
         self._known.silence = lambda: (silence.duration_s, silence.has_ceased)
 
@@ -211,6 +214,21 @@ class Publication:
             self._regions.set_back()
         for reader in self._readers:
             reader.set_back()
+
+    def hear(self, group: Sequence[Journalled]) -> None:
+        """Note the measurements that another service has accepted, before their output."""
+        clock_s = group[-1].clock_s
+        was_heard = math.isfinite(clock_s) and any(len(one.batch) for one in group)
+        if self._silence is not None and was_heard:
+            self._silence.hear(clock_s)
+
+    def followed(self, *, is_first: bool = False) -> None:
+        """Note that entries of another service were processed, the first time in a replay."""
+        if self._silence is None:
+            return
+        self._silence.use(self._known.sensors)
+        if is_first and self._known.data_time_s is not None:
+            self._silence.resume(self._known.data_time_s)
 
     def follow(self) -> None:
         """Expect readers that already have later events: of another service, or before a start."""

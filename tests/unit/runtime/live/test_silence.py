@@ -21,7 +21,7 @@ from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
-from support.scenarios.live_scene import START_S, recording
+from support.scenarios.live_scene import START_S, recording, sensors_file
 
 
 @pytest.fixture(params=[0.0, -1e6])
@@ -174,6 +174,8 @@ def test_silence_counts_from_a_start_or_takeover_for_the_alarm_but_not_for_track
 ) -> None:
     """A proxy sends nothing to an unready service, which would remain so."""
     clock, journal = FixedClock(START_S + 5.2), MemoryJournal()
+    # A standby has seen that they were in real time.
+    is_live = is_live or is_takeover
 
     first, second = (
         Service(
@@ -215,3 +217,59 @@ def test_silence_counts_from_a_start_or_takeover_for_the_alarm_but_not_for_track
         assert (status["alarms"], status["received_age_s"]) == ([], 0.0)
     finally:
         second.stop()
+
+
+@pytest.mark.fault(14)
+def test_a_standby_notices_it_too() -> None:
+    """Its tracks stayed confirmed for ever when the feeds, or the primary, had ceased."""
+    clock, journal = FixedClock(START_S + 5.2), MemoryJournal()
+
+    primary, standby = (
+        Service(
+            open_journal=lambda: journal,
+            open_engine=FakeEngine,
+            sensors=TABLE,
+            tracking=TrackingSettings(),
+            clock=clock,
+            described=sensors_file(),
+        )
+        for _ in range(2)
+    )
+
+    def assert_silent(silence_s: float, limit_s: float, *, alarm: bool, stale: bool) -> None:
+        status = standby.view.status()
+        assert (status["silence_s"], status["silence_limit_s"]) == (silence_s, limit_s)
+        assert status["alarms"] == ["no_data"] * alarm
+        tracks = standby.view.tracks()
+        assert (set(tracks["state"]) == {"stale"}) is stale
+        assert (tracks["reception_age_s"] - tracks["age_s"]).to_list() == pytest.approx(
+            [silence_s] * len(tracks)
+        )
+
+    primary.start()
+    submit(primary, recording(100))
+    standby.start(following=True)
+    try:
+        assert_silent(standby.view.status()["silence_s"], 10.0, alarm=False, stale=False)
+        assert standby.view.status()["silence_s"] == pytest.approx(0.2, abs=0.2)
+        submit(primary, recording(5).with_columns(pl.col("time_s") + 5.0))
+        clock.advance(3.0)
+        reader = standby.view.subscribe(None, 1000)
+        standby.follow(2)
+        delays = {json.loads(event.payload)["data_delay_s"] for event in reader.poll(1000)}
+        assert [*delays] == [pytest.approx(3.0, abs=0.01)]
+        assert_silent(0.0, 10.0, alarm=False, stale=False)
+        # Rejected measurements are none, and the alarm comes after two scans of the fastest radar.
+        submit(primary, recording(5).with_columns(sensor_id=pl.lit("unlisted")))
+        known = primary.describe_sensor("41-10") or {}
+        plan = primary.plan_sensor("41-10", known | {"rotation_period_s": 4.0})
+        primary.change_sensor(plan.change, source="a").result(WAIT_TIMEOUT_S)
+        clock.advance(9.0)
+        standby.follow(4)
+        assert_silent(9.0, 8.0, alarm=True, stale=True)
+        submit(primary, recording(5).with_columns(pl.col("time_s") + 17.0))
+        standby.follow(5)
+        assert_silent(0.0, 8.0, alarm=False, stale=False)
+    finally:
+        primary.stop()
+        standby.stop()

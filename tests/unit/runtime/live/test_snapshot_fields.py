@@ -43,7 +43,7 @@ OTHER = {
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _futures _states _figures _engine "
     "_is_used _is_whole processed skipped oldest_s moved_s failure following",
-    "Publication": "diagnosis _readers _recorder _regions repeating traces view",
+    "Publication": "diagnosis _readers _recorder _regions _silence repeating traces view",
     "RegionBoard": "areas rules _lock",
     "RejectBoard": "sensors _kept_max _lock",
     "ReorderBuffer": "_horizon_s arrivals dropped",
