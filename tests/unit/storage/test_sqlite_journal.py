@@ -1,10 +1,11 @@
 """The journal on disk: durable, verified, used by one service at a time."""
 
+import errno
 import os
 import shutil
 import sqlite3
 import sys
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.sqlite import opening, sqlite_journal
-from multiradar.storage.sqlite.sqlite_file import journal_errors
+from multiradar.storage.sqlite.sqlite_file import journal_errors, write_again
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import run_to_end
@@ -343,6 +344,71 @@ def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> No
     # What was not acknowledged may be on disk all the same, but nothing after it.
     assert len(stored) - int(acknowledged) in (0, 1)
     assert stored == [entry(number) for number in range(len(stored))]
+
+
+_RESTART_AFTER_FAILED_SYNC = """
+import random
+import sys
+from contextlib import suppress
+from pathlib import Path
+from multiradar.errors import JournalError
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from support.inputs.journal_entries import entry
+from support.simulation.disk import VirtualDisk
+
+def opened(folder):
+    return SqliteJournal(folder / "journal.db", "a" * 64)
+
+folder, later = Path(sys.argv[1]), Path(sys.argv[2])
+disk = VirtualDisk(folder, random.Random(1), {})
+journal = opened(folder)
+journal.append([entry(0)])
+disk.failing_syncs = 1
+with suppress(JournalError):
+    journal.append([entry(1)])
+# A kill: nothing that is closed reaches the disk.
+disk.dead = True
+journal.close()
+disk.dead = False
+journal = opened(folder)
+assert journal.find("key 1") is not None
+journal.append([entry(2)])
+for name, content in disk.image(power_lost=True).items():
+    (later / name).write_bytes(content)
+print([one.entry == entry(number) for number, one in enumerate(opened(later).read(0))])
+"""
+
+
+@pytest.mark.fault(25)
+def test_an_entry_of_a_failed_sync_that_a_restart_finds_survives_a_power_failure(
+    tmp_path: Path,
+) -> None:
+    """The next process reads it from the memory of the system: if sent again, it is known."""
+    folders = [tmp_path / "state", tmp_path / "later"]
+    for folder in folders:
+        folder.mkdir()
+    line = [sys.executable, "-c", _RESTART_AFTER_FAILED_SYNC, *map(str, folders)]
+    done = run_to_end(line, env={"PYTHONPATH": os.pathsep.join(sys.path)})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "[True, True, True]\n"
+
+
+@pytest.mark.parametrize(("code", "is_known"), [(errno.ENOSPC, True), (errno.EIO, False)])
+def test_a_file_that_a_full_disk_cannot_write_again_is_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int, is_known: bool
+) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(b"content")
+    synced: list[int] = []
+
+    def failing(*_: object) -> int:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(os, "pwrite", failing)
+    monkeypatch.setattr(os, "fsync", synced.append)
+    with nullcontext() if is_known else pytest.raises(OSError, match="Input/output error"):
+        write_again(path)
+    assert bool(synced) is is_known
 
 
 def test_a_closed_journal_is_one_file_without_open_handles(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from multiradar.errors import JournalError, JournalFullError
+from multiradar.storage.full_disk import is_full
 
 SYNCHRONOUS_FULL = 2
 
@@ -19,6 +20,8 @@ _BUSY_S = 10.0
 _MAGIC = b"SQLite format 3\0"
 #: Pages that are copied at once: 4 MiB, between which other threads and writers have their turn.
 _STEP_PAGES = 1024
+#: Octets of a file that are written again at once.
+_CHUNK_OCTETS = 1 << 20
 _PAGE = re.compile(r"page (\d+)", re.IGNORECASE)
 
 
@@ -128,6 +131,27 @@ def sync(path: Path) -> None:
     """Write what the kernel holds of a file or folder to the disk; raises OSError."""
     file = os.open(path, os.O_RDONLY)
     try:
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
+def write_again(path: Path) -> None:
+    """Write the content of a file to the disk, also where an earlier sync failed; raises OSError.
+
+    After a failed sync the kernel holds as written what is not on disk, and a further sync alone
+    writes nothing (https://www.usenix.org/conference/atc20/presentation/rebello). On a full disk
+    that copies on write, a sync must do.
+    """
+    file = os.open(path, os.O_RDWR)
+    try:
+        place = 0
+        try:
+            while octets := os.pread(file, _CHUNK_OCTETS, place):
+                place += os.pwrite(file, octets, place)
+        except OSError as error:
+            if not is_full(error):
+                raise
         os.fsync(file)
     finally:
         os.close(file)

@@ -40,7 +40,7 @@ from multiradar.storage.sqlite.sqlite_file import (
     open_database,
     set_pragma,
     snapshot,
-    sync,
+    write_again,
 )
 from multiradar.storage.sqlite.tip import Tip, TipFile
 
@@ -326,9 +326,9 @@ class SqliteJournal:
             if tip is None:
                 tip = Tip(0, self._rows.origin)
             elif self._log_path.exists():
-                # After a kill it may have entries that were never synced.
+                # After a kill it may have entries that were never synced, or whose sync failed.
                 with file_errors(self._log_path):
-                    sync(self._log_path)
+                    write_again(self._log_path)
             self._tip = TipFile(self._tip_path, tip)
             opened.callback(self._tip.close)
             self._writer = opened.enter_context(closing(open_database(self._path, "rwc")))
