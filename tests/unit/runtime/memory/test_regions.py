@@ -204,6 +204,39 @@ def test_the_end_of_a_track_without_updates_removes_it() -> None:
     assert figures["responsible"] + figures["duplicates"] == 0
 
 
+def test_a_track_loses_the_name_of_another_aircraft_when_its_address_is_known() -> None:
+    """It kept the name, which the track of the other aircraft then had, too."""
+    board, engine = RegionBoard(AREAS, RegionRules()), FakeEngine()
+
+    def update(time_s: float, number: int, address: int) -> None:
+        batch = replace(
+            timed_batch([time_s]), track_number=np.array([number - 1]),
+            mode_s_address=np.array([address]),
+        )  # fmt: skip
+        output = engine.push(batch)
+        row = output.updates
+        place = {"latitude_rad": np.radians([49.001]), "longitude_rad": np.radians([11.0])}
+        row = replace(row, **place, speed_mps=np.array([200.0]), heading_rad=np.radians([90.0]))
+        board.absorb(replace(output, updates=row))
+
+    def names() -> list[tuple[str | None, str | None]]:
+        found = board.fields(np.array([7, 8]))
+        return list(zip(found["continues"], found["duplicate_of"], strict=True))
+
+    other: dict[str, Any] = {"track_id": 4, "aircraft": "north/4", "since_s": 12.0}
+    update(10.0, 7, -1)
+    board.hand_over(packed(handover(**other)))
+    assert names()[0] == ("north/4", "east/4")
+    update(11.0, 7, 0x111111)
+    update(11.0, 8, 0x4B0001)
+    board.hand_over(packed(handover(**other)))
+    assert names() == [(None, None), ("north/4", "east/4")]
+    # A name stays when the other track has ended, and when nothing contradicts it.
+    board.hand_over(packed(handover(**other | {"mode_s_address": None})))
+    board.hand_over(packed(handover(track_id=5, aircraft="east/5", mode_s_address="4b0005")))
+    assert names()[1][0] == "north/4"
+
+
 class _Sink(FakeService):
     """Collects messages."""
 

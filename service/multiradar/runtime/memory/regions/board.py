@@ -138,6 +138,7 @@ class RegionBoard:
             one.messages, one.hears = one.messages + 1, self.name in message.heard
             one.biases = [bias.model_dump_json() for bias in message.biases]
             match(self._own, one.rows)
+            self._withdraw(one.rows)
             self._decide(np.arange(len(self._own)))
 
     def set_back(self) -> None:
@@ -293,6 +294,20 @@ class RegionBoard:
             match(self._own[places], rows)
             one.rows[free] = rows
         self._decide(places)
+
+    # Names that tracks got before their address was known, and which are those of other aircraft.
+    def _withdraw(self, others: NDArray[np.void]) -> None:
+        own = self._own
+        places = np.flatnonzero((own["aircraft"] != b"") & (own["mode_s_address"] >= 0))
+        others = others[others["mode_s_address"] >= 0]
+        others = others[np.isin(others["aircraft"], own["aircraft"][places])]
+        addresses: dict[bytes, set[int]] = {}
+        for row in others:
+            addresses.setdefault(row["aircraft"], set()).add(int(row["mode_s_address"]))
+        for place in places.tolist():
+            known = addresses.get(own["aircraft"][place])
+            if known and int(own["mode_s_address"][place]) not in known:
+                own["aircraft"][place] = b""
 
     def _decide(self, places: NDArray[np.intp]) -> None:
         own, reached_s = self._own, self._reached_s
