@@ -1,7 +1,8 @@
 """The output folder, which is created atomically.
 
 It is written as `.NAME.partial-PID` beside its path, locked while the process is alive, and renamed
-at the end. The next run recognises a leftover of a killed run by its free lock and removes it.
+at the end. The next run recognises a leftover of a killed run by its free lock and removes it; a
+kill just after the renaming leaves the lock file in the folder.
 """
 
 import fcntl
@@ -39,10 +40,13 @@ class OutputFolder:
         self._lock: int | None = None
 
     def finish(self) -> None:
-        """Rename the folder to its final name."""
-        (self.path / _LOCK).unlink()
+        """Rename the folder to its final name.
+
+        Until then it has its lock: without it, no later run would remove what a kill leaves.
+        """
         self._check_free()
         self.path.rename(self._target)
+        (self._target / _LOCK).unlink()
 
     def __enter__(self) -> Self:
         self._check_free()
@@ -91,16 +95,27 @@ def _prefix(target: Path) -> str:
 def _remove_abandoned(target: Path) -> None:
     """Remove leftovers of killed runs for the same target."""
     for path in target.parent.glob(f"{_prefix(target)}*"):
-        try:
-            lock = os.open(path / _LOCK, os.O_RDWR)
-        except OSError:
-            # Without a lock file it is being created or renamed, or belongs to another program.
-            continue
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            continue
-        else:
-            shutil.rmtree(path, ignore_errors=True)
-        finally:
-            os.close(lock)
+        remove_if_abandoned(path)
+
+
+def remove_if_abandoned(path: Path) -> None:
+    """Remove an unfinished output folder whose run was killed; that of a living run is kept.
+
+    Parameters
+    ----------
+    path : Path
+        The hidden folder. Without a lock file it is kept: it is being created, or belongs to
+        another program.
+    """
+    try:
+        lock = os.open(path / _LOCK, os.O_RDWR)
+    except OSError:
+        return
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return
+    else:
+        shutil.rmtree(path, ignore_errors=True)
+    finally:
+        os.close(lock)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
 from multiradar.storage.full_disk import named_if_full
+from multiradar.storage.sqlite.sqlite_file import sync
 from multiradar_converters.errors import ConversionError, OutputFolderExistsError
-from multiradar_converters.output_folder import OutputFolder
+from multiradar_converters.output_folder import OutputFolder, remove_if_abandoned
 
 
 def parent_of(path: Path) -> Path:
@@ -33,13 +34,15 @@ def parent_of(path: Path) -> Path:
 
 
 @contextmanager
-def new_folder(path: Path) -> Iterator[Path]:
+def new_folder(path: Path, *, durable: bool = False) -> Iterator[Path]:
     """Provide a folder to write to; it gets its name when everything succeeded.
 
     Parameters
     ----------
     path : Path
         The folder to create; its parent exists.
+    durable : bool
+        Whether its name is on disk at the end; its files are synced by the caller.
 
     Yields
     ------
@@ -64,6 +67,27 @@ def new_folder(path: Path) -> Iterator[Path]:
             yield folder.path
             with _translated():
                 folder.finish()
+    if durable:
+        try:
+            sync(folder.path.parent)
+        except OSError as error:
+            msg = f"{path}: complete, but perhaps not on disk: {error.strerror}"
+            raise InputError(msg) from error
+
+
+def remove_abandoned(parent: Path, file: str) -> None:
+    """Remove the unfinished folders of killed runs, for any path, that contain a file.
+
+    Parameters
+    ----------
+    parent : Path
+        The folder in which they were to be created.
+    file : str
+        The name of the file.
+    """
+    for path in parent.glob(".*.partial-*"):
+        if (path / file).is_file():
+            remove_if_abandoned(path)
 
 
 def check_new(path: Path) -> None:

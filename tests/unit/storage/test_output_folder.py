@@ -1,17 +1,22 @@
 """An output folder is either finished or not there, and what stands there already is left alone."""
 
 import fcntl
+import shutil
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 
 import pytest
 
 from multiradar.errors import InputError, OutputExistsError
 from multiradar.storage.output_file import new_file
-from multiradar.storage.output_folder import new_folder
+from multiradar.storage.output_folder import new_folder, remove_abandoned
 
 New = Callable[[Path], AbstractContextManager[Path]]
+
+
+class _KilledError(Exception):
+    pass
 
 
 def test_the_folder_appears_when_all_went_well(tmp_path: Path) -> None:
@@ -88,6 +93,52 @@ def test_what_a_living_run_writes_is_left_alone(tmp_path: Path) -> None:
         with new_folder(tmp_path / "out"):
             pass
         assert (living / "tracks.parquet").read_text() == "half"
+
+
+@pytest.mark.parametrize("step", ["rename", "unlink"])
+def test_what_a_kill_at_the_end_leaves_is_complete_or_removed_by_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    out = tmp_path / "out"
+
+    def killed(*_: object, **__: object) -> None:
+        raise _KilledError
+
+    with monkeypatch.context() as patch, suppress(_KilledError):
+        patch.setattr(Path, step, killed)
+        # Of a killed process nothing is removed.
+        patch.setattr("multiradar_converters.output_folder.shutil.rmtree", lambda *_, **__: None)
+        with new_folder(out) as folder:
+            (folder / "tracks.parquet").write_text("whole")
+    if step == "unlink":
+        assert (out / "tracks.parquet").read_text() == "whole"
+        shutil.rmtree(out)
+    with new_folder(out):
+        pass
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_what_killed_runs_left_with_a_file_is_removed_whatever_its_name(tmp_path: Path) -> None:
+    left = [_left_behind(tmp_path, f".2026-11-2{day}.partial-9999999") for day in range(4)]
+    (left[2] / "tracks.parquet").unlink()
+    (left[3] / ".lock").unlink()
+    with (left[1] / ".lock").open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        remove_abandoned(tmp_path, "tracks.parquet")
+    assert sorted(tmp_path.iterdir()) == left[1:]
+
+
+def test_the_name_of_a_durable_folder_is_on_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[tuple[Path, bool]] = []
+    out = tmp_path / "out"
+    monkeypatch.setattr(
+        "multiradar.storage.output_folder.sync", lambda path: synced.append((path, out.exists()))
+    )
+    with new_folder(out, durable=True):
+        pass
+    assert synced == [(tmp_path, True)]
 
 
 def test_a_finished_folder_is_as_open_as_the_user_wants_it(tmp_path: Path) -> None:

@@ -63,8 +63,8 @@ def backup(
 
     from multiradar.clock import SystemClock
     from multiradar.settings.service import load_settings
-    from multiradar.storage.backup import write_backup
-    from multiradar.storage.output_folder import new_folder
+    from multiradar.storage.backup import DATABASE, write_backup
+    from multiradar.storage.output_folder import new_folder, remove_abandoned
     from multiradar_schemas.documents.contents import JOURNAL, no_such
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
@@ -75,7 +75,9 @@ def backup(
     if not journal.is_file():
         # Before its sensors file, which is not that of another folder.
         raise InputError(no_such(journal, JOURNAL))
-    with new_folder(out) as folder:
+    # Daily backups have names of their own: none would remove what a killed one has left.
+    remove_abandoned(out.absolute().parent, DATABASE)
+    with new_folder(out, durable=True) as folder:
         check_configuration(journal, settings)
         extra = {
             SENSORS_FILE: settings.sensors.read_bytes(),
@@ -187,13 +189,13 @@ def restore(
 
     check_new(state)
     if segments_of(folder):
-        with new_folder(state) as made:
+        with new_folder(state, durable=True) as made:
             return restore_archive(folder, made / DATABASE, on_progress)
     listed = read_backup(folder)
     damage = verify_backup(folder, on_progress).damage
     if damage:
         raise DamageError(damage)
-    with new_folder(state) as made:
+    with new_folder(state, durable=True) as made:
         copy_backup(folder, made)
     return listed
 

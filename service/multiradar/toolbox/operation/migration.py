@@ -125,7 +125,7 @@ def migrate(
     sensors = SensorsInForce.of(table, described)
     admission = PastAdmission.for_sensors(sensors.table, tracking.reorder_horizon_s)
     done = Migration()
-    with new_folder(out) as folder:
+    with new_folder(out, durable=True) as folder:
         path = folder / DATABASE
         text = configuration_text(described, tracking)
         written = SqliteJournal(path, configuration_fingerprint(table, tracking), text)

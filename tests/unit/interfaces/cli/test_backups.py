@@ -62,6 +62,19 @@ def test_a_state_is_backed_up_verified_and_restored(
     assert (found["entries"], found["damage"]) == (10, [])
 
 
+def test_a_backup_removes_what_a_killed_one_left_under_another_name(
+    state: Path, sensors: Path, tmp_path: Path
+) -> None:
+    left, other = (tmp_path / f".2026-11-2{day}.partial-9999999" for day in (3, 4))
+    for folder in (left, other):
+        folder.mkdir()
+        (folder / ".lock").touch()
+    (left / "journal.sqlite").write_bytes(b"half")
+    assert run(["backup", str(state), str(tmp_path / "backup"), "--sensors", str(sensors)]) == 0
+    assert not left.exists()
+    assert other.exists()
+
+
 def test_a_state_is_archived_verified_and_restored(
     state: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
