@@ -144,7 +144,9 @@ class Handover(Record):
     time_s: Annotated[
         float,
         Field(ge=0.0, le=1e11),
-        described("Time of the latest track update in the region", unit="s", source="service"),
+        described(
+            "Time up to which the region has processed measurements", unit="s", source="service"
+        ),
     ]
     heard: Annotated[
         tuple[RegionName, ...],

@@ -1,5 +1,6 @@
-"""Which of two regions is responsible while the data of one of them have ceased."""
+"""What a region is responsible for, and sends, while its data or tracks have ceased."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.runtime.memory.regions.messages import packed
 from multiradar.runtime.memory.regions.outgoing import handover_message
 from multiradar.settings.limits import RuntimeLimits
+from multiradar.tracking.outputs import NO_OUTPUT
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.inputs.timed_batches import timed_batch
@@ -118,3 +120,26 @@ def test_a_region_that_continues_with_old_tracks_is_responsible_for_none_of_them
     exchange(west, east)
     exchange(west, east)
     assert (west.responsible(), east.responsible()) == ({1}, {2})
+
+
+def test_a_region_without_aircraft_sends_messages_of_the_present_time() -> None:
+    """Those were of its last track update, and not used after 60 s; before any, none was sent."""
+    west, east = Side("west"), Side("east")
+    assert handover_message(west.board, west.known) is None
+    west.known.absorb(NO_OUTPUT, 2.0)
+    east.update(10.0)
+    exchange(west, east)
+    assert (east.board.figures()["neighbours"][0]["state"], east.responsible()) == ("alive", {1, 2})
+
+    def sent_s() -> float:
+        message = json.loads(handover_message(west.board, west.known) or b"")
+        assert message["heard"] == ["east"]
+        return float(message["time_s"])
+
+    assert sent_s() == 0.0
+    west.update(20.0)
+    assert sent_s() == 20.0
+    # Measurements are processed when the data time is `reorder_horizon_s` later.
+    west.known.absorb(NO_OUTPUT, 107.0)
+    exchange(west, east)
+    assert sent_s() == 101.0

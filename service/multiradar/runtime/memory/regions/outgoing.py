@@ -22,7 +22,7 @@ _SAME_TIME_S = 1e-6
 
 
 def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
-    """Return what a region hands over now, JSON of `Handover`; None before any track update.
+    """Return what a region hands over now, JSON of `Handover`; None before any measurement.
 
     Parameters
     ----------
@@ -32,7 +32,8 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
         The live tracks and biases.
     """
     rows, reached_s = board.near()
-    if not math.isfinite(reached_s):
+    time_s = _processed_s(known, reached_s)
+    if not math.isfinite(time_s):
         return None
     rows = rows[:TRACKS_MAX]
     near = pl.col("track_id").is_in(rows["track_id"].tolist())
@@ -43,11 +44,19 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
         "region": own.name,
         "latitude_deg": own.latitude_deg,
         "longitude_deg": own.longitude_deg,
-        "time_s": reached_s,
+        "time_s": time_s,
         "heard": board.heard(),
         "tracks": handover_tracks(own.name, rows, tracks, known.states()),
         "biases": biases.select(list(BiasValue.model_fields)).head(BIASES_MAX).to_dicts(),
     }, allow_nan=False).encode()  # fmt: skip
+
+
+# A region without tracks has measurements, too: it is neither behind nor silent.
+def _processed_s(known: Knowledge, reached_s: float) -> float:
+    data_time_s = known.data_time_s
+    if data_time_s is None:
+        return reached_s
+    return max(reached_s, data_time_s - known.tracking.reorder_horizon_s, 0.0)
 
 
 def handover_tracks(
