@@ -206,16 +206,16 @@ class Application:
         for edge in self._edges:
             edge.start()
 
-    # The journal was replayed, and this service writes it; all further data are new.
+    # All further data are new. Zenoh is last: its ports may be those of the service before.
     def _begin(self) -> None:
         if self._sender is not None:
             self._sender.begin()
-        for part in self._zenoh:
-            part.start()
         if self._standby is not None:
             self._open_edges()
         for edge in self._edges:
             edge.begin()
+        for part in self._zenoh:
+            part.start()
         self._started = True
         _log.info("started", http=self.http_url)
 

@@ -8,6 +8,8 @@ from typing import Any
 import zenoh
 
 from multiradar.app import Application
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.settings.service import load_settings
 from support.processes.clients import client, event_source
 from support.processes.waiting import wait_until
@@ -81,3 +83,39 @@ def test_a_change_of_a_sensor_is_one_event_over_http_and_zenoh(tmp_path: Path) -
     assert samples == [("multiradar/v1/sensors/41-20", over_http)]
     assert over_http["sensor_id"] == "41-20"
     assert (over_http["fields"], over_http["enabled"]) == (["enabled"], False)
+
+
+def test_a_takeover_loses_nothing_while_zenoh_waits_for_its_port(tmp_path: Path) -> None:
+    """The session before closes its port up to 30 s after the journal is free."""
+    held = ZenohBus(ZenohOptions(listen=(free_endpoint(),)))
+    failed: list[bool] = []
+
+    def built(endpoint: str) -> Application:
+        settings = {
+            "server": {"port": 0},
+            "journal": {"path": tmp_path / "journal.sqlite", "standby": True},
+            "zenoh": {"listen": [endpoint]},
+            "asterix": {"listen": [{"name": "radars", "address": "127.0.0.1", "port": 0}]},
+        }
+        return Application(
+            load_settings(None, settings), live_scene.sensors(), lambda: failed.append(True),
+            live_scene.sensors_file(),
+        )  # fmt: skip
+
+    primary, standby = built(free_endpoint()), built(held.endpoints[0])
+    primary.start()
+    standby.start()
+    try:
+        primary.stop()
+        wait_until(lambda: standby.asterix_endpoints or failed, "ASTERIX")
+        with client(standby.http_url) as http:
+            known = http.get("/v1/sensors/41-20/configuration").json()
+            changed = http.put("/v1/sensors/41-20", json=known | {"enabled": False})
+            assert changed.status_code == 200, changed.text
+        assert not standby.zenoh_endpoints
+        held.close()
+        wait_until(lambda: not standby.following or failed, "Zenoh")
+        assert not failed
+        wait_until(lambda: standby.service.view.status()["zenoh"]["published_sensors"], "the event")
+    finally:
+        standby.stop()

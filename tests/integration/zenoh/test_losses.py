@@ -143,6 +143,7 @@ def test_others_see_an_instance_come_and_go() -> None:
 def test_late_subscribers_get_the_data_from_before_the_start() -> None:
     view = StreamingView()
     view.publish_updates([1, 2, 3] * 100)
+    view.ring.lead()
     with gateway(view) as running:
         with SubscriberProcess(running.endpoints[0], 300) as subscriber:
             result = subscriber.result()

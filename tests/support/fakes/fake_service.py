@@ -224,6 +224,10 @@ class FakeView:
     def status(self) -> dict[str, Any]:
         return {"version": "0.1.0", "data_time_s": None, "event_sequence": self.ring.head}
 
+    @property
+    def sent_before(self) -> int:
+        return self.ring.sent_before
+
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         return self.ring.subscribe(after, depth)
 

@@ -35,11 +35,20 @@ _EXPENSIVE_MAX = 64
 _ALARM_PERIOD_S = 0.1
 
 
+class ZenohView(View, Protocol):
+    """The read side as used by the gateway."""
+
+    @property
+    def sent_before(self) -> int:
+        """Number of the last event that was there before the service accepted measurements."""
+        ...
+
+
 class ZenohService(OperatedSink, Protocol):
     """The service as used by the gateway."""
 
     @property
-    def view(self) -> View:
+    def view(self) -> ZenohView:
         """The read side."""
         ...
 
@@ -127,11 +136,11 @@ class ZenohGateway:
         self._answering = ThreadPoolExecutor(_ANSWER_THREADS, thread_name_prefix="zenoh-answer")
         self._asking = ThreadPoolExecutor(options.query_threads, thread_name_prefix="zenoh-query")
         catch_up = CatchUp(options.catch_up_samples_max)
-        known_until = int(view.status().get("event_sequence", 0))
         self._publisher = Publisher(
             outlet=bus,
             source=view.subscribe(0, options.catch_up_samples_max),
-            known_until=known_until,
+            # Not what there is by now: the session may have waited for a port.
+            known_until=view.sent_before,
             gate=self._gate,
             catch_up=catch_up,
             counts=self.counts,

@@ -281,6 +281,11 @@ class LiveView:
             **{name: counts() for name, counts in self.edge_counts.items()},
         }
 
+    @property
+    def sent_before(self) -> int:
+        """Number of the last event that was there before this service accepted measurements."""
+        return self._events.ring.sent_before
+
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Subscribe to the stream of events.
 

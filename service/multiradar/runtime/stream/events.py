@@ -197,6 +197,9 @@ class EventRing:
         self.edition = 0
         #: Whether readers may have events that come here later; see `lead`.
         self.following = False
+        #: Number of the last event at the first `lead`: another service may have sent those.
+        self.sent_before = 0
+        self._has_led = False
         self._asleep: list[Subscription] = []
 
     @property
@@ -261,6 +264,8 @@ class EventRing:
         """Continue: all events that readers of this journal may have are here."""
         with self._lock:
             self.following = False
+            if not self._has_led:
+                self._has_led, self.sent_before = True, self._head
             for subscription in self._subscriptions:
                 subscription.require(self._head)
             woken, self._asleep = self._asleep, []

@@ -52,6 +52,17 @@ def test_a_reader_gets_every_event_in_order_with_any_batch_size() -> None:
         assert _numbers(_drain(subscription, at_once)) == [10, 11]
 
 
+def test_events_of_before_are_those_at_the_first_lead() -> None:
+    ring = EventRing(100)
+    _fill(ring, 4)
+    assert ring.sent_before == 0
+    ring.lead()
+    _fill(ring, 2)
+    # The engine is rebuilt.
+    ring.lead()
+    assert ring.sent_before == 4
+
+
 def test_a_reader_without_a_number_starts_with_new_events() -> None:
     ring = EventRing(100)
     _fill(ring, 4)

@@ -73,6 +73,19 @@ def test_publishing_pauses_for_a_new_connection(scene: Scene) -> None:
     assert json.loads(document)["zenoh"]["joins_waited_for"] == 1
 
 
+def test_events_from_before_the_session_are_published_if_no_service_before_had_them() -> None:
+    """A session may wait for its port while the service already accepts measurements."""
+    running = Scene()
+    running.view.publish_updates([7, 7])
+    running.view.ring.lead()
+    running.view.publish_updates([7])
+    running.view.publish_event("sensor", "41-10", b'{"added":false}')
+    running.gateway.start()
+    running.gateway.stop()
+    sent = [one.attachment for one in running.bus.sent if one.attachment]
+    assert (sent, running.count("published_tracks")) == ([b"3", b"4"], 3)
+
+
 @pytest.mark.fault(31)
 def test_a_lost_router_is_a_reason_not_to_be_ready(scene: Scene) -> None:
     assert scene.gateway.lost() is None
