@@ -178,6 +178,24 @@ def test_an_option_for_a_source_that_is_not_recorded_is_named(
     assert (tmp_path / "out" / "measurements.parquet").is_file()
 
 
+@pytest.mark.parametrize(
+    ("reference", "swapped"), [("2.4,48.9", True), ("48.9,2.4", False), ("45.0,8.0", False)]
+)
+def test_a_reference_point_far_from_the_sites_of_the_sensors_is_named(
+    reference: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], *, swapped: bool
+) -> None:
+    sensors = tmp_path / "sensors.toml"
+    sensors.write_text(
+        '[[sensor]]\nid = "20-130"\nkind = "radar"\nsac = 20\nsic = 130\n'
+        "latitude_deg = 48.9\nlongitude_deg = 2.4\nheight_m = 100.0\n"
+    )
+    given = ("--sensors", str(sensors), "--reference", f"20-130={reference}")
+    assert converted(tmp_path, b"".join(blocks()), "a.ast", *given) == swapped
+    said = capsys.readouterr().err
+    words = f"--reference 20-130={reference}: latitude and longitude are probably swapped: it is "
+    assert (words in said) == swapped
+
+
 def test_a_file_given_twice_is_a_usage_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -252,6 +252,28 @@ def test_absurd_values_are_rejected_by_name(
     assert report["counts"]["accepted"] == 89
 
 
+@pytest.mark.parametrize(
+    ("field", "text", "end"),
+    [
+        ("time", "1533110400123", " s, was '1533110400123' (milliseconds?)"),
+        ("time", "-1", " s, was '-1'"),
+        ("azimuth", "361", ", was '361'"),
+    ],
+)
+def test_a_unit_is_suggested_for_times_that_are_too_large(
+    tmp_path: Path, dump: Path, field: str, text: str, end: str
+) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().decode().split("\r\n")
+    fields = lines[3].split("\t")
+    fields[dumps.HEADERS["plots.txt"].index(field)] = text
+    lines[3] = "\t".join(fields)
+    path.write_bytes("\r\n".join(lines).encode())
+    dumps.run(dump, tmp_path / "out")
+    (reject,) = dumps.rejects(tmp_path / "out")
+    assert reject["reason"].endswith(end)
+
+
 def test_text_in_windows_1251_is_quoted_unchanged(tmp_path: Path, dump: Path) -> None:
     path = dump / "tracks.txt"
     path.write_bytes(path.read_bytes() + "сбой записи\r\n".encode("cp1251"))

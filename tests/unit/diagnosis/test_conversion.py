@@ -12,11 +12,13 @@ import pytest
 from multiradar.diagnosis.conversion import (
     _count_gaps,
     _largest_rejected,
+    _of_units,
     _signed,
     diagnose_conversion,
 )
 from multiradar.diagnosis.evidence import BEFORE_MAX, GAPS_MAX, Source
 from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.plots import plots_of
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
 
@@ -75,6 +77,13 @@ def test_the_site_that_makes_the_plots_fit_is_the_true_one(tmp_path: Path) -> No
     assert (
         f"for a site near {latitude:.2f}, {longitude:.2f}" in said_of(wrong, tmp_path)[0].sentence
     )
+
+
+@pytest.mark.parametrize(("count", "codes"), [(0, []), (19, []), (20, ["columns_exchanged"])])
+def test_units_show_in_twenty_plots(count: int, codes: list[str]) -> None:
+    wrong = recording().only("2-10").changed("2-10", range_m=AZIMUTH, azimuth_deg=RANGE)
+    plots = plots_of(wrong.evidence().sources["2-10"].plots()).select(np.arange(count))
+    assert [one.code for one in _of_units("2-10", plots, 0.0)] == codes
 
 
 def test_a_file_of_which_most_is_rejected_is_named(tmp_path: Path) -> None:

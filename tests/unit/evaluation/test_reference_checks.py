@@ -11,11 +11,12 @@ from multiradar.evaluation.reference_checks import (
     clock_offset,
     height_unit,
     of_other_sensors,
+    rejected_rows,
     shared_sensors,
     wide_gate,
 )
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.evaluation.trajectories import Tracks
+from multiradar.evaluation.trajectories import RejectedRow, RowCounts, Tracks
 from support.scenarios.skies import reference_of, straight, tracks_of
 
 TIMES_S = np.arange(0.0, 2000.0, 10.0)
@@ -124,3 +125,14 @@ def test_a_sensors_file_without_radars_of_the_tracks_is_reported(
     found = of_other_sensors(tracks, ["r1", "r2", "r4"], names, Path("sensors.toml"))
     assert len(found) == (said is not None)
     assert said is None or said in found[0]
+
+
+@pytest.mark.parametrize(
+    ("count", "rest"), [(1, ""), (3, ""), (4, "; and 1 more (--json, --html)")]
+)
+def test_three_rejected_rows_are_named_and_more_are_counted(count: int, rest: str) -> None:
+    rejects = tuple(RejectedRow("a.csv", line, None, None, "no time") for line in range(count))
+    (sentence,) = rejected_rows(RowCounts(read=9, rejects=rejects))
+    named = "; ".join(map(str, rejects[:3]))
+    assert sentence == f"{count} of 9 reference rows are rejected: {named}{rest}"
+    assert rejected_rows(RowCounts(read=9)) == []

@@ -45,6 +45,10 @@ def test_a_run_writes_its_files_and_prints_the_biases(
     shown = capsys.readouterr()
     assert "2000 measurements" in shown.out
     assert "range_offset_m" in shown.out
+    # Outcomes that no measurement had are left out.
+    (line,) = (one for one in shown.out.splitlines() if " updated" in one)
+    numbers = [int(one) for one in re.findall(r"\d+", line)]
+    assert (min(numbers) > 0, sum(numbers)) == (True, 2000)
     assert not shown.err
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 

@@ -1,9 +1,16 @@
 """Hypotheses tested for a sensor: not those that its values exclude."""
 
+from collections.abc import Collection
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
-from multiradar.diagnosis.cross_sensor.explanations import _within_a_circle
+from multiradar.diagnosis.cross_sensor import explanations
+from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S
+from multiradar.diagnosis.cross_sensor.comparison import Comparison
+from multiradar.diagnosis.cross_sensor.explanations import _clocks, _within_a_circle
 from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, MIRRORED
 from multiradar.diagnosis.plots import Plots
 
@@ -79,3 +86,17 @@ def test_a_unit_in_which_azimuths_go_beyond_a_circle_is_not_tried(
     }
     assert found == possible
     assert _within_a_circle(MIRRORED, seen)
+
+
+def test_clock_errors_of_half_hours_are_tried_up_to_a_day(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+
+    def overlaps(_number: int, _trusted: Collection[int], late_s: float) -> bool:
+        tried.append(late_s)
+        return False
+
+    # Small enough to be neglected.
+    monkeypatch.setattr(explanations, "_along", lambda *_: 0.5 * LATE_MIN_S)
+    comparison = cast("Comparison", SimpleNamespace(overlaps=overlaps))
+    assert list(_clocks(comparison, 0, (1,))) == []
+    assert sorted(tried) == [1800.0 * step for step in range(-48, 49) if step]

@@ -88,6 +88,12 @@ def test_missing_columns_show_nothing() -> None:
     assert check_reported_motion("adsb", legs_of(nameless)) == []
 
 
+def test_the_track_number_0_is_one_of_an_aircraft() -> None:
+    one = reports().filter(mode_s_address="4b1800")
+    numbered = one.with_columns(mode_s_address=pl.lit(None, pl.String), track_number=0)
+    assert len(legs_of(numbered).first) == len(legs_of(one).first) > 0
+
+
 def test_speeds_that_follow_no_unit_show_nothing() -> None:
     rng = np.random.default_rng(1)
     frame = reports()

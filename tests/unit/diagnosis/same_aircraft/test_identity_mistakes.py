@@ -33,6 +33,9 @@ KNOWN = np.random.default_rng(5).integers(0x400000, 0x4FFFFF, 25).tolist()
     [
         ([int.from_bytes(one.to_bytes(3, "little"), "big") for one in KNOWN],
          "with their octets in reverse order"),
+        ([int(f"{one:024b}"[::-1], 2) for one in KNOWN], "with their bits in reverse order"),
+        ([int(str(one)[-6:], 16) for one in KNOWN], "decimal instead of hexadecimal numbers"),
+        ([one << 4 & 0xFFFFFF for one in KNOWN], "shifted by a digit"),
         ([one + 1 for one in KNOWN], "all 1 too large"),
         ([one % 65_536 for one in KNOWN], "truncated (modulo 65536)"),
         ([one >> 4 for one in KNOWN], "without their last digit"),

@@ -5,7 +5,11 @@ import pytest
 
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Plots
-from multiradar.diagnosis.single_sensor.detections import check_detections
+from multiradar.diagnosis.single_sensor.detections import (
+    _detected,
+    _Followed,
+    check_detections,
+)
 
 SITE = (0.87, 0.26, 0.0)
 PERIOD_S, EVERY = 4.0, 3
@@ -55,3 +59,17 @@ def test_the_source_of_the_scan_period_is_named(*, rotating: bool) -> None:
     source = "the azimuths of its plots" if rotating else "rotation_period_s in the sensors file"
     assert f"(of 4 s by {source}): rows are probably missing" in found.sentence
     assert (", or rotation_period_s is wrong; record" in found.sentence) is not rotating
+
+
+# Twenty plots of each aircraft: once in three scans, or in each scan.
+@pytest.mark.parametrize(
+    ("rare", "aircraft", "known"),
+    [(7, 10, True), (6, 10, False), (3, 3, True), (2, 2, False)],
+)
+def test_seven_tenths_of_the_aircraft_and_three_are_rarely_detected(
+    rare: int, aircraft: int, *, known: bool
+) -> None:
+    number = np.arange(aircraft).repeat(20)
+    scans = np.where(number < rare, 3.0, 1.0)
+    found = _detected(_Followed(number, scans, np.zeros(len(number))))
+    assert found == (len(number) / scans.sum() if known else None)

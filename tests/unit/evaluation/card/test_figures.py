@@ -22,3 +22,13 @@ def test_false_tracks_of_more_than_30_s_are_counted() -> None:
         "of_aircraft": 1, "duplicate": 0, "duplicate_longest_s": None, "false": 5,
         "false_longest_s": 100.0, "false_longer_than_30_s": 3, "not_judged": 0,
     }  # fmt: skip
+
+
+def test_the_median_and_the_longest_initiation_are_also_in_scans() -> None:
+    card = SimpleNamespace(
+        delay_s=np.array([4.0, 20.0, 8.0, np.inf, np.nan]),
+        settings=SimpleNamespace(scan_period_s=4.0),
+    )
+    found = figures._initiation(cast("Scorecard", card))
+    assert (found["median_s"], found["longest_s"], found["never_tracked"]) == (8.0, 20.0, 1)
+    assert (found["median_scans"], found["longest_scans"]) == (2.0, 5.0)

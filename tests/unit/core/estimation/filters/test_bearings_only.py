@@ -118,6 +118,10 @@ def test_ranges_and_angles_mix_in_one_track() -> None:
     assert mean[:2] == pytest.approx(POSITION, abs=1e-3)
     assert mean[2:] == pytest.approx([0.0, 0.0], abs=1e-6)
     assert alone.lines_cross
+    across = np.array([along[1], -along[0]])
+    weights = [1.0 / SIGMA**2, (distance / 20.0) ** 2]
+    expected = weights[0] * np.outer(across, across) + weights[1] * np.outer(along, along)
+    assert alone.crossing == pytest.approx(expected, rel=1e-6)
 
 
 def test_parallel_lines_are_not_observable() -> None:

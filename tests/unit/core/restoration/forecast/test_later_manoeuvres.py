@@ -65,6 +65,12 @@ def test_tabulated_covariances_are_valid() -> None:
     assert table[0].tolist() == [0.0, 0.0, 1.0, *[0.0] * 11]
 
 
+def test_a_table_that_is_shared_is_not_writeable() -> None:
+    table = later_turn_moments(rounded_duration_s(100.0), ForecastSettings())
+    with pytest.raises(ValueError, match="read-only"):
+        table[0, 0] = 1.0
+
+
 def test_durations_are_rounded_to_few_and_bounded() -> None:
     for duration_s in (10.0, 55.0, 100.0, 3000.0):
         assert rounded_duration_s(duration_s) == pytest.approx(duration_s, rel=0.07)

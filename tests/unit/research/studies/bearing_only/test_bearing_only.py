@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from multiradar.research.studies.bearing_only import study as bearing_only
-from multiradar.research.studies.bearing_only.runs import SCENARIOS, Bearings, Filtered, fused
+from multiradar.research.studies.bearing_only.runs import (
+    SCENARIOS,
+    Bearings,
+    Filtered,
+    Scenario,
+    fused,
+    simulate_bearings,
+)
 from multiradar.research.studies.result import StudyOptions, StudyResult
 
 pytestmark = pytest.mark.slow
@@ -35,6 +42,14 @@ def _value(result: StudyResult, scenario: str, scheme: str, quantity: str) -> fl
     wanted = {"scene": scenario, "scheme": scheme, "quantity": quantity, "time_s": None}
     (row,) = (row for row in result.rows if all(row[name] == one for name, one in wanted.items()))
     return float(row["value"] or 0.0)
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda scenario: scenario.name)
+def test_all_scenarios_but_one_have_three_sources(scenario: Scenario) -> None:
+    bearings = simulate_bearings(scenario, 2, 60.0, np.random.default_rng(1))
+    expected = [0, 1] if scenario.name == "two" else [0, 1, 2]
+    assert np.unique(bearings.source).tolist() == expected
+    assert ("two sensors" in scenario.purpose) == (scenario.name == "two")
 
 
 @pytest.mark.parametrize("scenario", ["turning", "two", "moving", "space"])
