@@ -1,5 +1,7 @@
 """Answers about times that the service's memory no longer has, from its history on disk."""
 
+import logging
+import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -9,7 +11,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from multiradar.errors import InputError
+from multiradar.errors import InputError, RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.set_backs import TrackStep
 from multiradar.runtime.offline.offline_job import (
@@ -39,6 +41,10 @@ from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 _RUNS_MAX = 4
 #: Biases and health of so long before a time, s.
 _SLOW_S = 3600.0
+#: Errors that are logged once: each page that is open repeats its queries.
+_LOGGED_MAX = 1000
+
+_log = logging.getLogger(__name__)
 
 
 class HistoryReader:
@@ -66,6 +72,7 @@ class HistoryReader:
         self._folder = folder
         self._known = known
         self._lock = threading.Lock()
+        self._logged: set[str] = set()
         self._runs: OrderedDict[tuple[object, ...], RecordedRun] = OrderedDict()
 
     @property
@@ -79,7 +86,13 @@ class HistoryReader:
         return self._written()
 
     def at(self, at_s: float) -> RecordedRun | None:
-        """Return the data before a time; None if there are no tracks."""
+        """Return the data before a time; None if there are no tracks.
+
+        Raises
+        ------
+        RequestError
+            A part is damaged; the log names it.
+        """
         window_s = max(self._known.tracking.drop_after_s + ENDING_S, PATH_S, SILENT_S)
         spans = {
             TRACKS_FILE: window_s, TRANSITIONS_FILE: window_s, MEASUREMENTS_FILE: window_s,
@@ -103,8 +116,8 @@ class HistoryReader:
         try:
             report = self._folder / name / REPORT_FILE
             run = RecordedRun(RunFiles(name, tables, sensors, report, BLOCK_ROWS, steps))
-        except InputError:
-            # An hour that is being removed.
+        except InputError as error:
+            self._require_removed([path for paths in tables.values() for path in paths], error)
             return None
         with self._lock:
             self._runs[key] = run
@@ -128,6 +141,8 @@ class HistoryReader:
         ------
         DeadlineError
             The query takes too long.
+        RequestError
+            A part is damaged; the log names it.
         """
         table = _TABLES[name]
         found = pl.DataFrame(schema=table.schema)
@@ -139,21 +154,44 @@ class HistoryReader:
             parts = [table.schema.to_frame()]
             for path in sorted(hour):
                 check_deadline()
-                rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
-                    table.file, table.schema.names()
-                )
-                assert rows is not None, "it has a file"
-                own = rows.filter(
-                    pl.col(table.key) == subject,
-                    pl.col("time_s") >= since_s,
-                    pl.col("time_s") < before_s,
-                )
-                parts.append(own.collect().cast(table.schema))
+                try:
+                    own = self._scanned(name, path).filter(
+                        pl.col(table.key) == subject,
+                        pl.col("time_s") >= since_s,
+                        pl.col("time_s") < before_s,
+                    )
+                    parts.append(own.collect().cast(table.schema))
+                except (InputError, pl.exceptions.PolarsError, OSError) as error:
+                    self._require_removed([path], error)
             ordered = pl.concat(parts).sort("time_s", maintain_order=True)
             found = pl.concat([ordered, found] if last else [found, ordered])
             if len(found) >= limit:
                 break
         return found.tail(limit) if last else found.head(limit)
+
+    def _scanned(self, name: str, path: Path) -> pl.LazyFrame:
+        table = _TABLES[name]
+        files = RunFiles(name, {table.file: (path,)}, self._known.sensors, path)
+        rows = files.scan(table.file, table.schema.names())
+        assert rows is not None, "it has a file"
+        return rows
+
+    # An hour may be removed while it is read; other errors are not those of the request.
+    def _require_removed(self, paths: Sequence[Path], error: Exception) -> None:
+        if not all(map(os.path.lexists, paths)):
+            return
+        text, _, _ = str(error).partition("\n")
+        if not isinstance(error, InputError):
+            text = f"{paths[0]}: {text}"
+        with self._lock:
+            new = text not in self._logged
+            if new and len(self._logged) < _LOGGED_MAX:
+                self._logged.add(text)
+        if new:
+            _log.error("history cannot be read: %s", text)
+        raise RequestError(
+            503, "HISTORY_FAILED", "the history cannot be read; see the log of the service"
+        ) from error
 
 
 class _Table(NamedTuple):

@@ -7,9 +7,11 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from multiradar.errors import RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.set_backs import TrackStep
 from multiradar.runtime.offline.offline_job import BIASES_FILE, TRACKS_FILE
+from multiradar.runtime.recorded import history_reader
 from multiradar.runtime.recorded.history_files import HistoryFolder, HistoryState, hours_of
 from multiradar.runtime.recorded.history_reader import HistoryReader
 from multiradar.settings.limits import RuntimeLimits
@@ -82,6 +84,62 @@ def test_pages_across_a_step_back_have_every_row_by_time(tmp_path: Path) -> None
         assert page(-TIME_MAX_S, limit) == every[:limit]
         assert page(620.0, limit) == [one for one in every if one >= 620.0][:limit]
         assert page(-TIME_MAX_S, limit, last=True) == every[-limit:]
+    folder.close()
+
+
+@pytest.mark.parametrize("harm", ["cut", "zeros", "unreadable"])
+def test_a_damaged_part_is_an_error_of_the_service_without_its_path(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, harm: str
+) -> None:
+    folder = HistoryFolder(tmp_path / "history", dict)
+    times_s = [500.0 + (37.7 * number) % 900.0 for number in range(2000)]
+    folder.write(biases(times_s), HistoryState())
+    (path,) = (folder.path / "1970-01-01T00" / BIASES_FILE).iterdir()
+    content = path.read_bytes()
+    if harm == "unreadable":
+        path.unlink()
+        path.symlink_to(path.name)
+    else:
+        path.write_bytes(content[:50] if harm == "cut" else bytes(4000) + content[4000:])
+    known = Knowledge(TABLE, TrackingSettings(), RuntimeLimits())
+    reader = HistoryReader(folder.path, known, lambda: None, lambda: None)
+    for _ in range(2):
+        with pytest.raises(RequestError) as found:
+            reader.rows("biases", TABLE.ids[0], 0.0, 3600.0, 10)
+        assert (found.value.status, found.value.code) == (503, "HISTORY_FAILED")
+        assert str(found.value) == "the history cannot be read; see the log of the service"
+    # The other queries of a page need not fill the log.
+    (logged,) = (one.getMessage() for one in caplog.records)
+    assert str(path) in logged
+    folder.close()
+
+
+def test_tracks_of_a_damaged_part_are_not_taken_for_none(tmp_path: Path) -> None:
+    """The picture of that time was that of the memory: empty."""
+    folder = HistoryFolder(tmp_path / "history", dict)
+    folder.write(written([500.0], [1]), HistoryState())
+    (path,) = (folder.path / "1970-01-01T00" / TRACKS_FILE).iterdir()
+    path.write_bytes(path.read_bytes()[:-9])
+    known = Knowledge(TABLE, TrackingSettings(), RuntimeLimits())
+    reader = HistoryReader(folder.path, known, lambda: None, lambda: None)
+    with pytest.raises(RequestError, match="the history cannot be read"):
+        reader.at(500.0)
+    folder.close()
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_part_that_was_just_removed_has_no_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, last: bool
+) -> None:
+    folder = HistoryFolder(tmp_path / "history", dict)
+    for start_s in (100.0, 200.0, 300.0):
+        folder.write(biases([start_s]), HistoryState())
+    known = Knowledge(TABLE, TrackingSettings(), RuntimeLimits())
+    reader = HistoryReader(folder.path, known, lambda: None, lambda: None)
+    first, *_ = sorted((folder.path / "1970-01-01T00" / BIASES_FILE).iterdir())
+    monkeypatch.setattr(history_reader, "check_deadline", lambda: first.unlink(missing_ok=True))
+    rows = reader.rows("biases", TABLE.ids[0], 0.0, 3600.0, 10, last=last)
+    assert rows["time_s"].to_list() == [200.0, 300.0]
     folder.close()
 
 
