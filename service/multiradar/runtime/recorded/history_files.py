@@ -198,6 +198,8 @@ class HistoryFolder:
         self.path = path
         self._beside = beside
         self._dirty = True
+        # Whether the state on disk counts a write that failed at the end.
+        self._is_ahead = False
         self._octets: dict[int, int] = {}
         #: Earliest time of a track, s; None without any.
         self.oldest_s: float | None = None
@@ -276,19 +278,17 @@ class HistoryFolder:
             # On a full disk the journal needs the space.
             shutil.rmtree(self.path / _STAGE, ignore_errors=True)
             raise
-        for partial, path in staged:
-            if not path.parent.exists():
-                path.parent.mkdir()
-                sync(path.parent.parent)
-            os.rename(partial, path)
-        for folder in {path.parent for _, path in staged}:
-            sync(folder)
+        _give_names(staged)
         steps = joined_steps(self.state.steps, state.steps)
         final = HistoryState(
             number, state.sequence, state.digest, state.positions, steps,
             self._reached_s(tables, steps),
         )  # fmt: skip
-        _write_state(self.path, final)
+        try:
+            _write_state(self.path, final)
+        except BaseException:
+            self._is_ahead = read_state(self.path).write == number
+            raise
         self.state, self._dirty = final, False
         for _, path in staged:
             hour = _number_of(path.parent.parent)
@@ -349,6 +349,10 @@ class HistoryFolder:
     # What an interrupted write has left.
     def _tidy(self) -> None:
         shutil.rmtree(self.path / _STAGE, ignore_errors=True)
+        if self._is_ahead:
+            # First: after a kill, no state may count parts that were removed.
+            _write_state(self.path, self.state)
+            self._is_ahead = False
         for hour in hours_of(self.path):
             for table in hour.path.iterdir():
                 for part in parts_of(hour, table.name) if table.is_dir() else ():
@@ -384,6 +388,17 @@ class HistoryFolder:
             sync(partial)
             os.replace(partial, path)
             sync(hour)
+
+
+# The parts in their tables, on disk.
+def _give_names(staged: Sequence[tuple[Path, Path]]) -> None:
+    for partial, path in staged:
+        if not path.parent.exists():
+            path.parent.mkdir()
+            sync(path.parent.parent)
+        os.rename(partial, path)
+    for folder in {path.parent for _, path in staged}:
+        sync(folder)
 
 
 # Rows by hour, each by ascending time.

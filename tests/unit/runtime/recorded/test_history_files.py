@@ -11,11 +11,17 @@ from multiradar.errors import RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.set_backs import TrackStep
 from multiradar.runtime.offline.offline_job import BIASES_FILE, TRACKS_FILE
-from multiradar.runtime.recorded import history_reader
-from multiradar.runtime.recorded.history_files import HistoryFolder, HistoryState, hours_of
+from multiradar.runtime.recorded import history_files, history_reader
+from multiradar.runtime.recorded.history_files import (
+    HistoryFolder,
+    HistoryState,
+    hours_of,
+    read_state,
+)
 from multiradar.runtime.recorded.history_reader import HistoryReader
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.recording import MEASUREMENTS_FILE
+from multiradar.storage.sqlite.sqlite_file import sync
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 from multiradar_schemas.products.bias import BIAS_SCHEMA
@@ -140,6 +146,55 @@ def test_a_part_that_was_just_removed_has_no_rows(
     monkeypatch.setattr(history_reader, "check_deadline", lambda: first.unlink(missing_ok=True))
     rows = reader.rows("biases", TABLE.ids[0], 0.0, 3600.0, 10, last=last)
     assert rows["time_s"].to_list() == [200.0, 300.0]
+    folder.close()
+
+
+def test_parts_of_a_write_whose_state_was_not_synced_are_removed_after_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a kill between the two the rows were lost: the state said that they are there."""
+    path = tmp_path / "history"
+    folder = HistoryFolder(path, dict)
+    folder.write(biases([100.0]), HistoryState())
+
+    def failing(synced: Path) -> None:
+        if synced == path and read_state(path).write == 2:
+            raise OSError(errno.EIO, "Input/output error")
+        sync(synced)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(history_files, "sync", failing)
+        with pytest.raises(OSError, match="Input/output"):
+            folder.write(biases([200.0]), HistoryState())
+    assert (folder.state.write, read_state(path).write) == (1, 2)
+    unlink, states = Path.unlink, list[int]()
+
+    def observed(removed: Path) -> None:
+        states.append(read_state(path).write)
+        unlink(removed)
+
+    monkeypatch.setattr(Path, "unlink", observed)
+    folder.write(biases([200.0]), HistoryState())
+    assert states == [1]
+    assert read_state(path).write == 2
+    folder.close()
+
+
+def test_parts_of_a_write_whose_state_did_not_fit_are_removed_from_the_full_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = HistoryFolder(tmp_path / "history", dict)
+    folder.write(biases([100.0]), HistoryState())
+
+    def full(*_: object, **__: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    table = folder.path / "1970-01-01T00" / BIASES_FILE
+    monkeypatch.setattr(Path, "write_text", full)
+    for left in (2, 1):
+        with pytest.raises(OSError, match="No space left"):
+            folder.write(biases([200.0]), HistoryState())
+        assert len(list(table.iterdir())) == left
     folder.close()
 
 
