@@ -19,9 +19,10 @@ from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
+from multiradar.runtime.memory.regions.matching import match
 from multiradar.runtime.memory.regions.messages import packed, read_handover, unpacked
 from multiradar.runtime.memory.regions.responsibility import Claim, Position, decide
-from multiradar.runtime.memory.regions.rows import OTHER_DTYPE, OWN_DTYPE, match
+from multiradar.runtime.memory.regions.rows import OTHER_DTYPE, OWN_DTYPE
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EndedTracks
 from multiradar.tracking.settings import TrackingSettings

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError
 from multiradar.runtime.memory.regions.areas import Areas
+from multiradar.runtime.memory.regions.matching import match
 from multiradar.runtime.memory.regions.messages import other_rows, read_handover, unpacked
 from multiradar.runtime.memory.regions.responsibility import Claim, Position, decide
 from multiradar.runtime.memory.regions.rows import (
     OTHER_DTYPE,
     OWN_DTYPE,
     marks_of,
-    match,
     own_rows,
 )
 from multiradar.runtime.stream.region_marks import MARK_DTYPE, reference
