@@ -63,7 +63,8 @@ class BlockStream:
         Raises
         ------
         Exception
-            The connection failed or ended, mostly an OSError; a later call connects again.
+            The connection failed or ended, mostly an OSError, and nothing is left of it; a later
+            call connects again.
         """
         left_s = self._due_s - self._clock.monotonic_s()
         if left_s > 0.0:
@@ -75,10 +76,9 @@ class BlockStream:
                 return None
             text = self._connection.receive()
         except Exception as error:
-            self._end(str(error) or type(error).__name__)
-            raise
+            return self._ended(error)
         if text == b"":
-            return self._ended("the connection was closed by the peer")
+            return self._ended(ConnectionError("the connection was closed by the peer"))
         if text is None:
             return None
         self._pause_s = self._pauses_s[0]
@@ -95,24 +95,21 @@ class BlockStream:
         while begin + _HEAD_OCTETS <= size:
             octets = int.from_bytes(self._buffer[begin + 1 : begin + _HEAD_OCTETS], "big")
             if octets < _HEAD_OCTETS:
-                return self._ended("expected ASTERIX blocks, found a block length below 3")
+                reason = "expected ASTERIX blocks, found a block length below 3"
+                return self._ended(ConnectionError(reason))
             if begin + octets > size:
                 break
             begin += octets
         whole, self._buffer = self._buffer[:begin], self._buffer[begin:]
         return whole or None
 
-    def _ended(self, reason: str) -> bytes | None:
+    def _ended(self, error: Exception) -> bytes:
         """End the connection; what is left is quarantined by the decoder."""
-        left = self._buffer
-        self._end(reason)
-        if not left:
-            raise ConnectionError(reason)
-        return left
-
-    def _end(self, reason: str) -> None:
+        left, self._buffer = self._buffer, b""
         self._connection.close()
-        self._buffer = b""
-        self._state, self._last_error = WAITING, reason
+        self._state, self._last_error = WAITING, str(error) or type(error).__name__
         self._due_s = self._clock.monotonic_s() + self._pause_s
         self._pause_s = min(2.0 * self._pause_s, self._pauses_s[1])
+        if not left:
+            raise error
+        return left

@@ -82,6 +82,16 @@ def test_an_error_that_is_none_of_the_system_ends_the_connection(
     assert [stream.receive() for _ in range(2)] == [None, ONE]
 
 
+def test_the_part_of_a_block_before_a_reset_is_returned_as_before_an_end(
+    stream: BlockStream, connection: MemoryConnection
+) -> None:
+    """It was neither counted nor quarantined."""
+    connection.send(ONE + ONE[:4], ConnectionResetError("reset by peer"))
+    assert [stream.receive() for _ in range(2)] == [ONE, ONE[:4]]
+    assert stream.status == {"state": WAITING, "last_error": "reset by peer"}
+    assert connection.closed == 1
+
+
 def test_pauses_double_until_there_is_data(
     stream: BlockStream, connection: MemoryConnection, clock: FixedClock
 ) -> None:
