@@ -299,8 +299,10 @@ class Admission:
         clock_s = self.released_to_s
         if not np.isfinite(clock_s):
             return []
-        ahead_s = self._due - clock_s
-        return np.flatnonzero(ahead_s > STORM_SHARE * self._pace[:, kernels.BURST]).tolist()
+        ahead_s, burst_s = self._due - clock_s, self._pace[:, kernels.BURST]
+        # Of different lengths while another thread adds a sensor.
+        both = min(len(ahead_s), len(burst_s))
+        return np.flatnonzero(ahead_s[:both] > STORM_SHARE * burst_s[:both]).tolist()
 
     def rate_per_s(self, sensor: int) -> float:
         """Return the greatest mean rate of the rows of a sensor, 1/s of data time."""

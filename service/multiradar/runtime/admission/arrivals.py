@@ -68,6 +68,15 @@ class ArrivalBoard:
             self._counts,
         )  # fmt: skip
 
+    def undo(
+        self, batch: MeasurementBatch, code: NDArray[np.int8], clock_s: NDArray[np.float64]
+    ) -> None:
+        """Undo `count` with the same arguments: the measurements will be sent again."""
+        delays, counts = np.zeros_like(self._delays), np.zeros_like(self._counts)
+        count_delays(batch.time_s, batch.sensor, code, clock_s, 1.0 / DELAY_STEP_S, delays, counts)
+        self._delays -= delays
+        self._counts -= counts
+
     def records(self) -> dict[str, dict[str, Any]]:
         """Return the counts of each sensor with measurements, by identifier.
 

@@ -39,6 +39,9 @@ EXCESS_KEPT_MAX = 100
 #: Journal entries in memory at once during a replay.
 PIECE_ENTRIES_MAX = 256
 
+#: The arguments of `ArrivalBoard.count`.
+Counted = tuple[MeasurementBatch, NDArray[np.int8], NDArray[np.float64]]
+
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
@@ -52,11 +55,14 @@ class Prepared:
         The accepted measurements, for the engine.
     clock_s : float
         The data clock after them, s.
+    counted : tuple, optional
+        The arguments with which its arrivals were counted.
     """
 
     entry: Entry
     batch: MeasurementBatch
     clock_s: float
+    counted: Counted | None = None
 
 
 # Kinds of entries whose payload is not measurements.
@@ -275,12 +281,14 @@ def _decide(
     every = batch
     batch, rejected = _until(submission.latest_s, frame, batch, rejected)
     code = admission.admit(batch, submission.received_s)
+    counted = batch, code, admission.clock_s
     if len(batch) < len(every) and submission.received_s is not None:
         # The clock of the machine may be the wrong one.
         ahead = every.time_s > submission.latest_s
         admission.hear(every.time_s[ahead], every.sensor[ahead], submission.received_s)
     if not len(rejected) and not code.any():
-        return Prepared(_entry(submission, frame, [], admission), batch, admission.released_to_s)
+        entry = _entry(submission, frame, [], admission)
+        return Prepared(entry, batch, admission.released_to_s, counted)
     by_time = TimeRejects(admission, admission.clock_s, batch, code).rejections
     passed = np.delete(np.arange(len(frame)), rejected.index)
     rejections = [
@@ -290,7 +298,7 @@ def _decide(
     accepted = code == admissions.ACCEPTED
     kept = frame[passed[accepted]]
     entry = _entry(submission, kept, _rejected_rows(frame, rejections), admission)
-    return Prepared(entry, batch.select(accepted), admission.released_to_s)
+    return Prepared(entry, batch.select(accepted), admission.released_to_s, counted)
 
 
 def _until(

@@ -143,6 +143,7 @@ class Writer:
         try:
             sequences = self._journal.append(entries) if entries else []
         except JournalFullError as error:
+            self._undo_arrivals(admitted)
             if self.sensors is not sensors:
                 self._use(sensors)
             self._admission.restore(before)
@@ -168,6 +169,13 @@ class Writer:
                 for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
         )
+
+    # The senders repeat what the disk had no room for.
+    def _undo_arrivals(self, admitted: Sequence[_Admitted]) -> None:
+        arrivals = self._admission.arrivals
+        for one in admitted:
+            if arrivals is not None and one.prepared.counted is not None:
+                arrivals.undo(*one.prepared.counted)
 
     # New messages, and messages with a known key together with the earlier one: a journal entry, or
     # a message of this group.

@@ -58,6 +58,16 @@ def test_the_alarm_ends_with_the_storm() -> None:
     assert admission.admit(timed_batch([105.0], STORM)).tolist() == [ACCEPTED]
 
 
+def test_storms_are_read_while_another_thread_adds_a_sensor() -> None:
+    admission = _admission()
+    admission.admit(timed_batch([100.125] * 2000, STORM))
+    # One of the two that `use` sets, one after the other.
+    admission._due = np.append(admission._due, -np.inf)
+    assert admission.storms() == [STORM]
+    admission._pace = np.array([PACE] * 4)
+    assert admission.storms() == [STORM]
+
+
 def test_a_sensor_alone_delivers_again_after_its_storm() -> None:
     admission = _admission(1)
     admission.admit(timed_batch([100.125] * 2000))

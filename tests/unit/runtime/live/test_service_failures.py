@@ -74,6 +74,8 @@ def test_a_full_disk_rejects_messages_until_there_is_space(start: Starter) -> No
     assert submit(service, frame[50:]).accepted == 50
     assert service.state is ServiceState.RUNNING
     assert settled(service)["read"] == 90
+    arrivals = service.view.status()["arrivals"]
+    assert sum(one["received"] for one in arrivals.values()) == 90
 
 
 @pytest.mark.fault(27)
