@@ -74,7 +74,7 @@ async def acknowledged(
     Raises
     ------
     RequestError
-    503 after the deadline, s; what is late then, in words.
+        503 after the deadline, s; what is late then, in words.
     """
     loop = asyncio.get_running_loop()
     pending = asyncio.wrap_future(await loop.run_in_executor(threads, submit))
