@@ -114,10 +114,10 @@ class Application:
         zenoh = zenoh_options(settings, authentication)
         if settings.zenoh.enabled:
             require_guarded(zenoh)
-        self.service = build_service(settings, sensors, on_failure, described)
+        service = self.service = build_service(settings, sensors, on_failure, described)
         self._supervisor = Supervisor(os.environ, lambda: self.service.stalled)
         self._asterix = asterix_gateway(settings, sensors, self.service)
-        self._feeds = configured_feeds(settings.feeds, sensors, self.service)
+        self._feeds = configured_feeds(settings.feeds, sensors, service, service.reception)
         if self._feeds is not None:
             self.service.publication.count_edge("feeds", self._feeds.counts.document)
         self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]

@@ -68,6 +68,7 @@ def asterix_gateway(
         decoder=decoder,
         queue=DatagramQueue(wanted.queue_datagrams_max, wanted.queue_octets_max),
         bounds=InletBounds(wanted.batch_interval_s, wanted.quarantine_rows_max),
+        clock=service.reception,
     )
     service.publication.count_edge("asterix", gateway.counts.document)
     return gateway

@@ -218,7 +218,7 @@ class Process:
             ),
             queue=DatagramQueue(QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX),
             bounds=InletBounds(INLET_INTERVAL_S, 100),
-            clock=clock,
+            clock=self.service.reception,
             threads=self.scheduler,
         )
         self.service.publication.count_edge("asterix", self.gateway.counts.document)

@@ -27,7 +27,10 @@ from multiradar_converters.feeds.live import LiveFeed
 
 
 def configured_feeds(
-    settings: FeedsSettings, sensors: SensorTable, sink: MeasurementSink
+    settings: FeedsSettings,
+    sensors: SensorTable,
+    sink: MeasurementSink,
+    clock: Clock | None = None,
 ) -> FeedGateway | None:
     """Return the feeds, not started; None without any.
 
@@ -39,6 +42,8 @@ def configured_feeds(
         The sensors.
     sink : MeasurementSink
         The running service.
+    clock : Clock, optional
+        Time of reception; the system clock by default.
 
     Raises
     ------
@@ -47,7 +52,7 @@ def configured_feeds(
     """
     if not settings.source:
         return None
-    clock = SystemClock()
+    clock = clock or SystemClock()
     plans = [_plan(one, settings.connect_timeout_s, sensors, clock) for one in settings.source]
     bounds = ReaderBounds(
         reconnect_min_s=settings.reconnect_min_s,

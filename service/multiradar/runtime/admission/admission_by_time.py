@@ -124,9 +124,13 @@ class Admission:
         forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
         *,
         arrivals: ArrivalBoard | None = None,
+        state: str = "",
     ) -> Self:
-        """Return the admission of sensors, with the paces and tolerances of each."""
-        return cls(
+        """Return the admission of sensors, with the paces and tolerances of each.
+
+        It continues from a state, if one is given; raises as `restore`.
+        """
+        made = cls(
             horizon_s,
             len(sensors),
             forward_jump_max_s,
@@ -134,6 +138,9 @@ class Admission:
             plot_paces(sensors),
             sensors.clock_tolerance_s,
         )
+        if state:
+            made.restore(state)
+        return made
 
     def __post_init__(self) -> None:
         if not (self.horizon_s >= 0.0 and self.forward_jump_max_s > 0.0):

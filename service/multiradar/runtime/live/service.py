@@ -131,8 +131,7 @@ class Service:
         self.start_step = ""  # for `/readyz`; empty once the service runs
         self._changing = threading.Lock()
         self._journal: Journal | None = None
-        self._was_started = False
-        self._followed = 0  # last entry of another service
+        self._was_started, self._followed = False, 0  # last entry of another service
         self.role: Callable[[], dict[str, Any]] = lambda: PRIMARY
         self._writer: Writer | None = None
         self._processor: Processor | None = None
@@ -144,6 +143,7 @@ class Service:
             disk=Disk(self._space, self._limits, self._clock),
             sources=self._intake.sources, saturated=self.view.saturated,
         )  # fmt: skip
+        self.reception = self._watch.host_clock  # dates what is received
         self.sensor_listeners: list[Callable[[SensorTable], None]] = [self._watch.use]
         self.view.clock_leads = self._watch.sensors.clock_leads
         self.view.storms = self._watch.sensors.storms
@@ -175,8 +175,7 @@ class Service:
     def stalled(self) -> str:
         """Why only a restart can help, in words; empty if the engine moves, or has no work."""
         moved_s = None if self._processor is None else self._processor.moved_s
-        now_s, most_s = self._clock.monotonic_s(), self._limits.stall_max_s
-        return stall(self.failure, moved_s, now_s, most_s)
+        return stall(self.failure, moved_s, self._clock.monotonic_s(), self._limits.stall_max_s)
 
     def open(self) -> Journal:
         """Open the journal, ahead of `start`, and return it.
@@ -290,8 +289,8 @@ class Service:
         """Submit measurements; see `MeasurementSink.submit`."""
         submission = Submission(
             EntryKind.BATCH, frame, source, idempotency_key, tuple(rejected),
-            latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
-            received_s=self._watch.host_clock.received_s,
+            latest_s=self.reception.now_s() + self._limits.clock_ahead_max_s,
+            received_s=self.reception.received_s,
         )  # fmt: skip
         return self._put(submission)
 
@@ -301,7 +300,7 @@ class Service:
         """Submit the end of a stream: the reorder buffer is emptied; see `OperatedSink.flush`."""
         require_running(self._state, self.failure, self.start_step)
         known = idempotency_key is not None and self.has_message(idempotency_key)
-        if not (force or known) and (live := self._watch.host_clock.live()):
+        if not (force or known) and (live := self.reception.live()):
             raise LiveStreamError(live)
         return self._put_mark(EntryKind.FLUSH, source, idempotency_key)
 
@@ -309,6 +308,7 @@ class Service:
         self, time_s: float, *, source: str, idempotency_key: str | None = None
     ) -> Future[Receipt]:
         """Set the data clock, as an operator says; see `OperatedSink.set_clock`."""
+        self.reception.agree(time_s)
         return self._put_mark(EntryKind.CLOCK, source, idempotency_key, clock_s=time_s)
 
     def plan_sensor(
@@ -328,7 +328,7 @@ class Service:
 
     def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
         """Submit the message of a neighbouring region; see `HandoverSink.hand_over`."""
-        received_s = self._watch.host_clock.received_s
+        received_s = self.reception.received_s
         return self._put(Submission.mark(EntryKind.HANDOVER, source, received_s, change=message))
 
     def has_message(self, idempotency_key: str) -> bool:
@@ -370,7 +370,7 @@ class Service:
     def _put_mark(
         self, kind: EntryKind, source: str, key: str | None, **given: Any
     ) -> Future[Receipt]:
-        received_s = self._watch.host_clock.received_s
+        received_s = self.reception.received_s
         journalled = self._put(Submission.mark(kind, source, received_s, key, **given))
         assert self._processor is not None, "a running service has a processor"
         return once_processed(journalled, self._processor.settled)
@@ -404,9 +404,9 @@ class Service:
         self.publication.lead()
         counts = self._accounting.resume(self._journal.counts())
         present = self._processor.sensors
-        admission = Admission.for_sensors(present.table, self._horizon_s, self._forward_jump_max_s)
-        if counts.admission:
-            admission.restore(counts.admission)
+        admission = Admission.for_sensors(
+            present.table, self._horizon_s, self._forward_jump_max_s, state=counts.admission
+        )
         self._use(present.table)
         self._watch.attach(admission)
         warm_up(admission)
@@ -441,7 +441,7 @@ class Service:
     def _lags_s(self) -> dict[str, float]:
         engine = (self._backlog, self._processor)
         stages = {"intake": (self._intake,), "journal": (self._writer,), "processor": engine}
-        return lags_s(self._watch.host_clock.received_s, stages)
+        return lags_s(self.reception.received_s, stages)
 
     def _let_go(self) -> None:
         if self._processor is not None:

@@ -218,6 +218,7 @@ async def test_rejected_rows_count_for_a_minute(scene: _Scene) -> None:
     scene.clock.advance(_MINUTE_S)
     submit(scene.service, recording(40).with_columns(sensor_id=pl.lit("99-9")))
     assert (await scene.ask("/readyz"))[1] == ["ALL_REJECTED"]
+    settled(scene.service)
     scene.clock.advance(_MINUTE_S)
     assert await scene.ask("/readyz") == _READY
 

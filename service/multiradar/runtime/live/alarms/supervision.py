@@ -52,7 +52,7 @@ class Supervision:
         self.arrivals = ArrivalBoard(sensors, horizon_s)
         self.sensors = SensorAlarms(sensors, saturated)
         self.host_clock = HostClock(sensors, clock)
-        self.silence = Silence(sensors, clock)
+        self.silence = Silence(sensors, self.host_clock)
         self.disk = disk
         self.snapshots: Snapshots | None = None
         self._sources = sources
