@@ -2,6 +2,7 @@
 
 import errno
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,8 @@ from multiradar.errors import InputError
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 #: A disk with more free space was not the full one, octets.
 _FREE_MAX = 1 << 20
+#: Octets that are written to find a quota: more than a block of any file system.
+_TRIED_OCTETS = 1 << 16
 
 
 @contextmanager
@@ -41,6 +44,19 @@ def named_if_full(output: Path) -> Iterator[None]:
 def is_full(error: Exception) -> bool:
     """Return whether an error of Python or of polars is that of a full disk or quota."""
     return _code(error, _FULL) is not None
+
+
+def space_error(folder: Path) -> int | None:
+    """Return why nothing can be written to a folder, full disk or quota; None if it can.
+
+    A quota is not seen in the free space of the disk: a temporary file is written.
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            os.write(file.fileno(), bytes(_TRIED_OCTETS))
+    except OSError as error:
+        return error.errno if error.errno in _FULL else None
+    return None
 
 
 def size_text(octets: float) -> str:

@@ -375,7 +375,10 @@ assert journal.find("key 1") is not None
 journal.append([entry(2)])
 for name, content in disk.image(power_lost=True).items():
     (later / name).write_bytes(content)
-print([one.entry == entry(number) for number, one in enumerate(opened(later).read(0))])
+left = opened(later)
+print([one.entry == entry(number) for number, one in enumerate(left.read(0))])
+left.close()
+journal.close()
 """
 
 

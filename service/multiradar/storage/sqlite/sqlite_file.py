@@ -10,7 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from multiradar.errors import JournalError, JournalFullError
-from multiradar.storage.full_disk import is_full
+from multiradar.storage.full_disk import is_full, space_error
 
 SYNCHRONOUS_FULL = 2
 
@@ -122,9 +122,10 @@ def copy_database(connection: sqlite3.Connection, copy: Path) -> None:
             connection.backup(target, pages=_STEP_PAGES)
             target.execute("PRAGMA journal_mode=DELETE")
         except sqlite3.Error as error:
-            if getattr(error, "sqlite_errorname", "") == "SQLITE_FULL":
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
-            raise
+            code = _full_code(error, copy.parent)
+            if code is None:
+                raise
+            raise OSError(code, os.strerror(code)) from error
 
 
 def sync(path: Path) -> None:
@@ -203,13 +204,24 @@ def journal_errors(path: Path) -> Iterator[None]:
         raise JournalError(f"{path}: damaged, {error}") from error
     except sqlite3.Error as error:
         name = getattr(error, "sqlite_errorname", type(error).__name__)
-        if name == "SQLITE_FULL":
-            raise JournalFullError(f"{path}: disk full; free some space") from error
+        code = _full_code(error, path.parent)
+        if code is not None:
+            how = "disk full" if code == errno.ENOSPC else os.strerror(code).lower()
+            raise JournalFullError(f"{path}: {how}; free some space") from error
         if name in _NO_ROOM:
             raise JournalError(
                 f"{path}: disk full ({name}); free some space and start again"
             ) from error
         raise JournalError(f"{path}: {error} ({name})") from error
+
+
+# Why a write failed for want of space; None for another error. Of a quota SQLite knows only that a
+# write failed, and its transaction is rolled back as on a full disk.
+def _full_code(error: sqlite3.Error, folder: Path) -> int | None:
+    name = getattr(error, "sqlite_errorname", "")
+    if name == "SQLITE_IOERR_WRITE":
+        return space_error(folder)
+    return errno.ENOSPC if name == "SQLITE_FULL" else None
 
 
 @contextmanager
