@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, StringConstraints
 
 from multiradar_schemas.base import Record, described
-from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN
+from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN, TIME_MAX_S
 from multiradar_schemas.products.bias import BiasValue
 from multiradar_schemas.products.track import TrackState
 
@@ -29,6 +29,7 @@ _Longitude = Annotated[
     Field(ge=-180.0, le=180.0),
     described("WGS 84 longitude", unit="degree", source="filter"),
 ]
+_Time = Field(gt=-TIME_MAX_S, lt=TIME_MAX_S)
 _Velocity = Field(ge=-10_000.0, le=10_000.0)
 _Probability = Annotated[
     float | None,
@@ -48,7 +49,9 @@ class HandoverTrack(Record):
         Field(ge=1, lt=10**18),
         described("Track number in the region", unit="1", source="tracker"),
     ]
-    time_s: Annotated[float, described("Data time of the state", unit="s", source="measurement")]
+    time_s: Annotated[
+        float, _Time, described("Data time of the state", unit="s", source="measurement")
+    ]
     latitude_deg: _Latitude
     longitude_deg: _Longitude
     velocity_east_mps: Annotated[
@@ -111,6 +114,7 @@ class HandoverTrack(Record):
     ]  # fmt: skip
     since_s: Annotated[
         float,
+        _Time,
         described(
             "Data time at which the region last became responsible",
             unit="s",

@@ -24,7 +24,7 @@ from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
-from multiradar.runtime.memory.regions.messages import packed, read_handover
+from multiradar.runtime.memory.regions.messages import TIME_APART_MAX_S, packed, read_handover
 from multiradar.runtime.memory.regions.outgoing import handover_message
 from multiradar.runtime.ports import HandoverSink
 from multiradar.settings.access import AccessSettings
@@ -33,15 +33,15 @@ from multiradar_schemas.products.handover import OCTETS_MAX
 
 _log = logging.getLogger(__name__)
 
-#: A message of another time than that of the data here is not used, s.
-TIME_APART_MAX_S = 60.0
 #: Messages that come faster than this fraction of the period are not used.
 _EARLY = 0.2
 #: An endpoint that the service before still closes is waited for, s.
 _LISTEN_WAIT_S = 30.0
 #: Alarms in the status.
 _ALARMS_SHOWN = 8
-_COUNTS = ("published", "received", "malformed", "too_frequent", "lost", "failed")
+_COUNTS = (
+    "published", "tracks_left_out", "received", "malformed", "too_frequent", "lost", "failed",
+)  # fmt: skip
 
 
 class RegionExchange:
@@ -112,8 +112,9 @@ class RegionExchange:
         """Publish once what this region hands over."""
         message = handover_message(self._board, self._known)
         if message is not None and self._bus is not None:
-            self._bus.put(f"{HANDOVERS}/{self._board.name}", message, b"")
+            self._bus.put(f"{HANDOVERS}/{self._board.name}", message.payload, b"")
             self._count(self._board.name, "published")
+            self._count(self._board.name, "tracks_left_out", number=message.left_out)
 
     def on_message(self, message: Message) -> None:
         """Validate a message of a neighbour, and submit it to the journal."""
@@ -191,9 +192,11 @@ class RegionExchange:
                 f"({data_time_s:.0f} s), was {found.time_s:.0f} s"
             )
 
-    def _count(self, region: str, name: str, code: str = "", reason: str = "") -> None:
+    def _count(
+        self, region: str, name: str, code: str = "", reason: str = "", number: int = 1
+    ) -> None:
         with self._lock:
-            self._counts[region][name] += 1
+            self._counts[region][name] += number
             if code:
                 self._alarms.append({"region": region, "code": code, "reason": reason[:300]})
 

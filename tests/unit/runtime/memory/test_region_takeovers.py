@@ -6,7 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multiradar.ingest.zenoh.handovers import RegionExchange
+from multiradar.ingest.zenoh.memory_bus import MemoryBus
+from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.regions import outgoing
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.runtime.memory.regions.messages import packed
@@ -15,6 +19,7 @@ from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import NO_OUTPUT
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
+from support.fakes.fake_service import FakeService
 from support.inputs.timed_batches import timed_batch
 from support.scenarios.live_scene import sensors
 
@@ -60,7 +65,7 @@ def exchange(*sides: Side) -> None:
     messages = [handover_message(one.board, one.known) for one in sides]
     for side, message in zip(sides, reversed(messages), strict=True):
         assert message is not None
-        side.board.hand_over(packed(message))
+        side.board.hand_over(packed(message.payload))
 
 
 @pytest.fixture
@@ -132,7 +137,9 @@ def test_a_region_without_aircraft_sends_messages_of_the_present_time() -> None:
     assert (east.board.figures()["neighbours"][0]["state"], east.responsible()) == ("alive", {1, 2})
 
     def sent_s() -> float:
-        message = json.loads(handover_message(west.board, west.known) or b"")
+        found = handover_message(west.board, west.known)
+        assert found is not None
+        message = json.loads(found.payload)
         assert message["heard"] == ["east"]
         return float(message["time_s"])
 
@@ -143,3 +150,18 @@ def test_a_region_without_aircraft_sends_messages_of_the_present_time() -> None:
     west.known.absorb(NO_OUTPUT, 107.0)
     exchange(west, east)
     assert sent_s() == 101.0
+
+
+def test_tracks_without_room_in_a_message_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(outgoing, "TRACKS_MAX", 1)
+    west, bus = Side("west"), MemoryBus()
+    exchange_of_west = RegionExchange(
+        FakeService(),  # type: ignore[arg-type]  # nothing is submitted
+        west.known, west.board, ZenohOptions(), period_s=1.0, open_bus=lambda _: bus,
+    )  # fmt: skip
+    exchange_of_west.open()
+    west.update(10.0)
+    exchange_of_west.step()
+    assert len(json.loads(bus.sent[0].payload)["tracks"]) == 1
+    counts = exchange_of_west.document()["messages"]["west"]
+    assert (counts["published"], counts["tracks_left_out"]) == (1, 1)

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, JournalFullError
+from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.ingest.zenoh.bus import JSON, Message
 from multiradar.ingest.zenoh.handovers import RegionExchange
 from multiradar.ingest.zenoh.keys import HANDOVERS
@@ -20,11 +21,18 @@ from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions.areas import Areas, Centre
 from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.runtime.memory.regions.matching import match
-from multiradar.runtime.memory.regions.messages import packed, read_handover, unpacked
+from multiradar.runtime.memory.regions.messages import (
+    TIME_APART_MAX_S,
+    other_rows,
+    packed,
+    read_handover,
+    unpacked,
+)
+from multiradar.runtime.memory.regions.outgoing import handover_tracks
 from multiradar.runtime.memory.regions.responsibility import Claim, Position, decide
 from multiradar.runtime.memory.regions.rows import OTHER_DTYPE, OWN_DTYPE
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.tracking.outputs import EndedTracks
+from multiradar.tracking.outputs import EndedTracks, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.fakes.fake_service import FakeService
@@ -145,6 +153,8 @@ def handover(**changes: Any) -> bytes:
         (handover(region="north"), "expected a message from east, was from 'north'"),
         (handover(covariance=[-1.0] * 10), "track 7: expected a positive definite covariance"),
         (handover(since_s=float("nan")), "not a handover message"),
+        (handover(since_s=1e300), "not a handover message: tracks.0.since_s"),
+        (handover(time_s=10.5), "track 7: expected a time up to that of the message"),
         (handover(more=1), "not a handover message: more"),
         (handover().replace(b'"longitude_deg": 14.0', b'"longitude_deg": 15.0'), "would overlap"),
         (b" " * (4 * 1024 * 1024 + 1), "at most 4194304 octets"),
@@ -153,6 +163,37 @@ def handover(**changes: Any) -> bytes:
 def test_a_message_that_is_not_valid_is_rejected(payload: bytes, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
         read_handover(payload, AREAS)
+
+
+def test_a_later_responsibility_can_always_be_exceeded() -> None:
+    (row,) = other_rows(read_handover(handover(since_s=9e10), AREAS))
+    assert row["since_s"] == 10.0 + TIME_APART_MAX_S
+
+
+@pytest.mark.parametrize("axes", [20.0, 1000.0, 1e8])
+def test_covariances_are_positive_definite_for_any_axes(axes: float) -> None:
+    """Rounding to five digits made a third of those with an axis ratio of 1000 indefinite."""
+    turn = np.radians(np.arange(0.0, 180.0, 2.5))
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    covariance = np.zeros((len(turn), 4, 4))
+    position_m2 = np.einsum("in,jn->nij", along, along) * (20.0 * axes) ** 2
+    covariance[:, :2, :2] = position_m2 + np.einsum("in,jn->nij", across, across) * 20.0**2
+    covariance[:, 2:, 2:] = np.eye(2) * 25.0
+    own = rows(OWN_DTYPE, *turn.tolist())
+    count, track = len(own), json.loads(handover())["tracks"][0]
+    states = TrackStates(
+        own["track_id"].copy(), own["time_s"].copy(), np.zeros((count, 4)), covariance,
+        np.full(count, np.nan),
+    )  # fmt: skip
+    shown = [track | {"track_id": number} for number in own["track_id"].tolist()]
+    plane = SystemPlane(np.radians(49.0), np.radians(11.0))
+    tracks = handover_tracks("east", own, shown, (states, plane))
+    message = json.loads(handover()) | {"tracks": tracks}
+    found = read_handover(json.dumps(message).encode(), AREAS)
+    assert len(found.tracks) == count
+    if axes < 1e6:
+        trace = [one.covariance[0] + one.covariance[4] for one in found.tracks]
+        assert trace == pytest.approx([(1.0 + axes**2) * 20.0**2] * count, rel=1e-4)
 
 
 def test_a_journalled_message_is_bounded_and_what_is_unusable_there_is_counted() -> None:

@@ -11,6 +11,9 @@ from multiradar.runtime.memory.regions.areas import Areas
 from multiradar.runtime.memory.regions.rows import OTHER_DTYPE
 from multiradar_schemas.products.handover import OCTETS_MAX, Handover
 
+#: A message of another time than that of the data here is not used, s. Responsibility that begins
+#: later than so long after it is as if it began then: it can be exceeded.
+TIME_APART_MAX_S = 60.0
 #: Centres in the settings of two services are the same, degrees.
 _CENTRE_DEG = 1e-6
 #: Places of the covariances of a message in the matrix.
@@ -53,7 +56,8 @@ def read_handover(payload: bytes, areas: Areas) -> Handover:
     Raises
     ------
     InputError
-        If it is too long, not valid, of an unknown region, or of one with another centre.
+        If it is too long, not valid, of an unknown region, of one with another centre, or if a
+        track is later than the message.
     """
     if len(payload) > OCTETS_MAX:
         raise InputError(f"expected at most {OCTETS_MAX} octets, found {len(payload)}")
@@ -78,21 +82,33 @@ def read_handover(payload: bytes, areas: Areas) -> Handover:
     ids = [one.track_id for one in found.tracks]
     if len(set(ids)) != len(ids):
         raise InputError("expected each track number once")
-    wrong = ~np.all(np.linalg.eigvalsh(_covariances(found)) > 0.0, axis=-1)
+    later = next((one for one in found.tracks if one.time_s > found.time_s), None)
+    if later is not None:
+        raise InputError(
+            f"track {later.track_id}: expected a time up to that of the message "
+            f"({found.time_s:.3f} s), was {later.time_s:.3f} s"
+        )
+    wrong = ~are_positive_definite(_triangles(found))
     if wrong.any():
         number = ids[int(np.argmax(wrong))]
         raise InputError(f"track {number}: expected a positive definite covariance")
     return found
 
 
+def are_positive_definite(triangles: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether covariances are positive definite, (n,) bool, from (n, 10) triangles."""
+    return np.asarray(np.all(np.linalg.eigvalsh(_covariances(triangles)) > 0.0, axis=-1))
+
+
 def other_rows(message: Handover) -> NDArray[np.void]:
     """Return the tracks of a message, rows of `OTHER_DTYPE`."""
     rows, tracks = np.zeros(len(message.tracks), OTHER_DTYPE), message.tracks
-    covariance = _covariances(message)
+    covariance = _covariances(_triangles(message))
     rows["position_m2"] = covariance[:, [0, 0, 1], [0, 1, 1]]
     rows["velocity_m2ps2"] = (covariance[:, 2, 2] + covariance[:, 3, 3]) / 2.0
     for name in ("track_id", "time_s", "responsible", "since_s", "aircraft"):
         rows[name] = [getattr(one, name) for one in tracks]
+    rows["since_s"] = np.minimum(rows["since_s"], message.time_s + TIME_APART_MAX_S)
     rows["latitude_rad"] = np.radians([one.latitude_deg for one in tracks])
     rows["longitude_rad"] = np.radians([one.longitude_deg for one in tracks])
     rows["east_mps"] = [one.velocity_east_mps for one in tracks]
@@ -104,9 +120,12 @@ def other_rows(message: Handover) -> NDArray[np.void]:
     return rows
 
 
-def _covariances(message: Handover) -> NDArray[np.float64]:
-    given = np.array([one.covariance for one in message.tracks]).reshape(-1, len(TRIANGLE[0]))
-    upper = np.zeros((len(given), 4, 4))
-    upper[:, *TRIANGLE] = given
-    upper[:, TRIANGLE[1], TRIANGLE[0]] = given
+def _triangles(message: Handover) -> NDArray[np.float64]:
+    return np.array([one.covariance for one in message.tracks]).reshape(-1, len(TRIANGLE[0]))
+
+
+def _covariances(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    upper = np.zeros((len(triangles), 4, 4))
+    upper[:, *TRIANGLE] = triangles
+    upper[:, TRIANGLE[1], TRIANGLE[0]] = triangles
     return upper

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from multiradar.runtime.memory.bias_board import bias_rows_frame
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.regions.board import RegionBoard
-from multiradar.runtime.memory.regions.messages import TRIANGLE
+from multiradar.runtime.memory.regions.messages import TRIANGLE, are_positive_definite
 from multiradar.runtime.stream.region_marks import reference
 from multiradar_schemas.products.bias import BiasValue
 from multiradar_schemas.products.handover import BIASES_MAX, TRACKS_MAX
@@ -21,8 +21,23 @@ from multiradar_schemas.products.handover import BIASES_MAX, TRACKS_MAX
 _SAME_TIME_S = 1e-6
 
 
-def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
-    """Return what a region hands over now, JSON of `Handover`; None before any measurement.
+class Outgoing(NamedTuple):
+    """A message to the neighbours.
+
+    Attributes
+    ----------
+    payload : bytes
+        JSON of `Handover`.
+    left_out : int
+        Number of tracks for which it has no room.
+    """
+
+    payload: bytes
+    left_out: int
+
+
+def handover_message(board: RegionBoard, known: Knowledge) -> Outgoing | None:
+    """Return what a region hands over now; None before any measurement.
 
     Parameters
     ----------
@@ -35,12 +50,13 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
     time_s = _processed_s(known, reached_s)
     if not math.isfinite(time_s):
         return None
+    left_out = max(len(rows) - TRACKS_MAX, 0)
     rows = rows[:TRACKS_MAX]
     near = pl.col("track_id").is_in(rows["track_id"].tolist())
     tracks = known.tracks().filter(near).to_dicts() if len(rows) else []
     biases = bias_rows_frame(known.latest_biases(), known.sensors)
     own = board.areas.own
-    return json.dumps({
+    payload = json.dumps({
         "region": own.name,
         "latitude_deg": own.latitude_deg,
         "longitude_deg": own.longitude_deg,
@@ -49,6 +65,7 @@ def handover_message(board: RegionBoard, known: Knowledge) -> bytes | None:
         "tracks": handover_tracks(own.name, rows, tracks, known.states()),
         "biases": biases.select(list(BiasValue.model_fields)).head(BIASES_MAX).to_dicts(),
     }, allow_nan=False).encode()  # fmt: skip
+    return Outgoing(payload, left_out)
 
 
 # A region without tracks has measurements, too: it is neither behind nor silent.
@@ -94,7 +111,7 @@ def handover_tracks(
             "longitude_deg": round(float(np.degrees(row["longitude_rad"])), 7),
             "velocity_east_mps": round(float(row["east_mps"]), 3),
             "velocity_north_mps": round(float(row["north_mps"]), 3),
-            "covariance": [float(f"{one:.5g}") for one in (covariance if same else plain)],
+            "covariance": covariance if same else _rounded(plain),
             **{name: track[name] for name in _COPIED},
             "responsible": bool(row["responsible"]),
             "since_s": float(row["since_s"]),
@@ -109,7 +126,8 @@ _COPIED = (
 )  # fmt: skip
 
 
-# Of the tracks with these numbers alone: a region has many more.
+# To five digits, which is enough, unless that makes a matrix of long axes indefinite: the whole
+# message would be rejected. Of the tracks with these numbers alone: a region has many more.
 def _covariances(states: States, wanted: NDArray[np.int64]) -> dict[int, tuple[float, list[float]]]:
     tracks, plane = states
     near = np.flatnonzero(np.isin(tracks.track_id, wanted))
@@ -117,7 +135,15 @@ def _covariances(states: States, wanted: NDArray[np.int64]) -> dict[int, tuple[f
     local = plane.local_matrix(tracks.mean[near, 0], tracks.mean[near, 1])
     turn[:, :2, :2] = turn[:, 2:, 2:] = local
     true = turn @ tracks.covariance[near] @ turn.transpose(0, 2, 1)
-    triangles = true[:, *TRIANGLE].tolist()
-    numbers, times_s = tracks.track_id[near].tolist(), tracks.time_s[near].tolist()
-    given = zip(numbers, times_s, triangles, strict=True)
+    triangles = true[:, *TRIANGLE]
+    rounded = np.array([_rounded(one) for one in triangles.tolist()]).reshape(triangles.shape)
+    wrong = ~are_positive_definite(rounded)
+    rounded[wrong] = triangles[wrong]
+    usable = are_positive_definite(rounded)
+    numbers, times_s = tracks.track_id[near][usable].tolist(), tracks.time_s[near][usable].tolist()
+    given = zip(numbers, times_s, rounded[usable].tolist(), strict=True)
     return {track: (time_s, triangle) for track, time_s, triangle in given}
+
+
+def _rounded(values: Sequence[float]) -> list[float]:
+    return [float(f"{one:.5g}") for one in values]
