@@ -8,7 +8,7 @@ File                          Content
 ``backup.json``               what it contains, with the SHA-256 of each other file and of itself
 ``journal.sqlite``            the entries up to the last one when the copy started
 ``journal.sqlite-tip``        that entry
-``journal.sqlite-snapshots``  the newest intact snapshot
+``journal.sqlite-snapshots``  the newest intact snapshot of these entries
 others                        files of the configuration, given by the caller
 ============================  =================================================================
 """
@@ -16,7 +16,7 @@ others                        files of the configuration, given by the caller
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 from multiradar.errors import DamageError, InputError, JournalError, SnapshotError
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.journal_rows import Head, JournalRows, description_of, fingerprint_of
+from multiradar.storage.sqlite.shortening import digests_of
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     copy_database,
@@ -138,7 +139,7 @@ def write_backup(
     # Before the journal: it then has the entry of the snapshot, and the acknowledged one.
     tip = Tip.read(journal.with_name(f"{journal.name}-tip"))
     database = folder / DATABASE
-    snapshot_name = _copy_snapshot(SnapshotFolder(journal), SnapshotFolder(database))
+    snapshot_name = _copy_snapshot(journal, SnapshotFolder(database))
     head, fingerprint = _copy_journal(journal, database, tip)
     (folder / f"{DATABASE}-tip").write_bytes(Tip(head.sequence, head.digest).line())
     for name, octets in extra.items():
@@ -160,9 +161,8 @@ def write_backup(
 
 
 def _require_space(journal: Path, folder: Path) -> None:
-    parts = [journal, journal.with_name(f"{journal.name}-wal")]
-    newest = SnapshotFolder(journal).files()[:1]
-    octets = sum(file_size(path) for path in (*parts, *newest))
+    parts = [journal, journal.with_name(f"{journal.name}-wal"), *next(_snapshots(journal), [])]
+    octets = sum(file_size(path) for path in parts)
     free = shutil.disk_usage(folder).free
     if octets > free:
         msg = (
@@ -172,23 +172,37 @@ def _require_space(journal: Path, folder: Path) -> None:
         raise InputError(msg)
 
 
-# Copies the newest intact snapshot with its rows; returns its name.
-def _copy_snapshot(folder: SnapshotFolder, copy: SnapshotFolder) -> str | None:
+# The files of each snapshot that the journal continues, the newest first; its rows may be damaged.
+def _snapshots(journal: Path) -> Iterator[list[Path]]:
+    folder = SnapshotFolder(journal)
     for path in folder.files():
         try:
-            tables = folder.read(path).tables
-            names = [path.name, *(file.name for files in tables.values() for file in files)]
+            found = folder.read(path)
+            sequence, digest = found.position
+            known = digests_of(journal, [sequence]).get(sequence)
+        except (JournalError, SnapshotError):
+            # Damage of the journal is named when the copy is verified.
+            continue
+        if known == digest:
+            rows = [file.name for files in found.tables.values() for file in files]
+            yield [path, *(folder.path / name for name in rows)]
+
+
+# Copies the newest intact snapshot with its rows; returns its name.
+def _copy_snapshot(journal: Path, copy: SnapshotFolder) -> str | None:
+    for found in _snapshots(journal):
+        name = found[0].name
+        try:
             copy.path.mkdir(exist_ok=True)
-            for name in names:
-                shutil.copyfile(folder.path / name, copy.path / name)
-            copied = copy.read(copy.path / path.name)
-            for files in copied.tables.values():
+            for one in found:
+                shutil.copyfile(one, copy.path / one.name)
+            for files in copy.read(copy.path / name).tables.values():
                 copy.read_rows(files)
         except (FileNotFoundError, SnapshotError):
             # Damaged, or removed meanwhile by the running service.
             shutil.rmtree(copy.path, ignore_errors=True)
         else:
-            return path.name
+            return name
     return None
 
 

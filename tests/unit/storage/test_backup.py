@@ -160,6 +160,35 @@ def test_a_disk_without_room_for_the_copy_is_named_at_once(
     assert sorted(tmp_path.iterdir()) == [path.parent]
 
 
+def test_the_rows_of_the_snapshot_need_room_as_well(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = _state(tmp_path)
+    (rows,) = SnapshotFolder(path).path.glob("*.rows")
+    made = _backup(path, tmp_path / "backup")
+    copied = sum(one.octets for name, one in made.files.items() if name not in EXTRA)
+    tip = file_size(_tip(path))
+    monkeypatch.setattr(
+        shutil, "disk_usage", lambda _: SimpleNamespace(free=copied - tip - rows.stat().st_size)
+    )
+    with pytest.raises(InputError, match=r"a backup needs \d+ MB"):
+        _backup(path, tmp_path / "other")
+
+
+@pytest.mark.parametrize("entries", [60, ENTRIES])
+def test_a_snapshot_that_the_journal_does_not_continue_is_not_copied(
+    tmp_path: Path, entries: int
+) -> None:
+    """After `accept` or a restored backup it is past the end, or of other entries."""
+    path, out = _state(tmp_path), tmp_path / "backup"
+    other = _written(tmp_path / "other" / "journal.sqlite", entries, size=901)
+    _add_snapshot(path, other, entries - 1)
+    other.close()
+    assert _backup(path, out).snapshot == "000000000030.snapshot"
+    assert verify_backup(out).damage == ()
+    assert verify_backup(out).snapshots == 1
+
+
 def test_a_disk_that_fills_up_meanwhile_keeps_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
