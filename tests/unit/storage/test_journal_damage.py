@@ -313,6 +313,17 @@ def test_removing_files_does_not_admit_a_second_service(tmp_path: Path) -> None:
     first.close()
 
 
+@pytest.mark.parametrize("end", ["", "-wal", "-shm", "-tip"])
+def test_a_file_that_is_removed_beside_a_service_stops_it(tmp_path: Path, end: str) -> None:
+    """Without the index of the log, other processes would use another one, and other locks."""
+    journal = _open(tmp_path)
+    journal.append([entry(1)])
+    (tmp_path / f"journal.db{end}").unlink()
+    with pytest.raises(JournalError, match=rf"journal\.db{end}: removed while the service was us"):
+        journal.append([entry(2)])
+    journal.close()
+
+
 def test_a_log_that_cannot_be_synced_is_named(
     killed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -342,7 +342,7 @@ class SqliteJournal:
             self._number_opening()
             if not self.following:
                 self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
-            self._files = OpenFiles([self._path, self._log_path, self._tip_path])
+            self._files = OpenFiles([beside(self._path, end) for end in _FILES])
 
     def _follow(self, opened: ExitStack) -> None:
         with journal_errors(self._path):
