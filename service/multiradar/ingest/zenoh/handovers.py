@@ -186,7 +186,12 @@ class RegionExchange:
         if found.region != region:
             raise InputError(f"expected a message from region {region}, was from {found.region}")
         data_time_s = self._known.data_time_s
-        if data_time_s is not None and abs(found.time_s - data_time_s) > TIME_APART_MAX_S:
+        if data_time_s is None:
+            return
+        ahead_s = found.time_s - data_time_s
+        # Without data, the data time here stands still.
+        _, has_ceased = self._known.silence()
+        if ahead_s < -TIME_APART_MAX_S or (ahead_s > TIME_APART_MAX_S and not has_ceased):
             raise InputError(
                 f"expected a time within {TIME_APART_MAX_S:g} s of the data time of this service "
                 f"({data_time_s:.0f} s), was {found.time_s:.0f} s"

@@ -1,14 +1,18 @@
 """What a region is responsible for, and sends, while its data or tracks have ceased."""
 
 import json
+from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from multiradar.ingest.zenoh.bus import JSON, Message
 from multiradar.ingest.zenoh.handovers import RegionExchange
+from multiradar.ingest.zenoh.keys import HANDOVERS
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.regions import outgoing
 from multiradar.runtime.memory.regions.areas import Areas, Centre
@@ -152,14 +156,51 @@ def test_a_region_without_aircraft_sends_messages_of_the_present_time() -> None:
     assert sent_s() == 101.0
 
 
+def exchange_of(side: Side, sink: FakeService, bus: MemoryBus) -> RegionExchange:
+    """An exchange that is open."""
+    found = RegionExchange(
+        sink,  # type: ignore[arg-type]  # it does not answer
+        side.known, side.board, ZenohOptions(), period_s=0.0, open_bus=lambda _: bus,
+    )  # fmt: skip
+    found.open()
+    return found
+
+
+def test_a_region_without_data_uses_messages_that_are_far_ahead() -> None:
+    """They were malformed: after 60 s without data it was responsible for old tracks again."""
+    west, east, bus = Side("west"), Side("east"), MemoryBus()
+    sink = _Sink()
+    exchange_of_west = exchange_of(west, sink, bus)
+    west.known.silence = lambda: (0.0, False)
+
+    def malformed(time_s: float) -> int:
+        east.known.absorb(NO_OUTPUT, time_s + TRACKING.reorder_horizon_s)
+        message = handover_message(east.board, east.known)
+        assert message is not None
+        bus.deliver(Message(f"{HANDOVERS}/east", message.payload, JSON))
+        return int(exchange_of_west.document()["messages"]["east"]["malformed"])
+
+    west.update(1000.0)
+    assert [malformed(1050.0), malformed(1100.0), malformed(900.0)] == [0, 1, 2]
+    west.known.silence = lambda: (100.0, True)
+    assert [malformed(1100.0), malformed(900.0)] == [2, 3]
+    assert sink.count == 2
+
+
+class _Sink(FakeService):
+    """Counts the messages."""
+
+    count = 0
+
+    def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
+        self.count += 1
+        return Future()
+
+
 def test_tracks_without_room_in_a_message_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(outgoing, "TRACKS_MAX", 1)
     west, bus = Side("west"), MemoryBus()
-    exchange_of_west = RegionExchange(
-        FakeService(),  # type: ignore[arg-type]  # nothing is submitted
-        west.known, west.board, ZenohOptions(), period_s=1.0, open_bus=lambda _: bus,
-    )  # fmt: skip
-    exchange_of_west.open()
+    exchange_of_west = exchange_of(west, FakeService(), bus)
     west.update(10.0)
     exchange_of_west.step()
     assert len(json.loads(bus.sent[0].payload)["tracks"]) == 1
