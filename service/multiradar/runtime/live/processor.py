@@ -298,6 +298,7 @@ class Processor:
         except _EngineFailureError as failure:
             _log.warning("engine failed, replaying the journal", exc_info=failure.cause)
             self._rebuild(group[-1].sequence, one_by_one=True)
+            self._publication.lead()
         self._settle()
 
     def _rebuild(self, until: int | None, *, one_by_one: bool) -> None:
@@ -400,8 +401,7 @@ class Processor:
             with self._lock:
                 self._engine.close()
                 self._reset()
-        self._publication.use(self.sensors.table)
-        self._publication.restart()
+        self._publication.restart(self.sensors.table)
 
     def restored(self) -> None:
         """Use the sensors of the snapshot, before the parts that depend on them are restored."""

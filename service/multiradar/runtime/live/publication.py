@@ -232,7 +232,7 @@ class Publication:
 
     def follow(self) -> None:
         """Expect readers that already have later events: of another service, or before a start."""
-        self._events.ring.following = True
+        self._events.ring.follow()
 
     def lead(self) -> None:
         """Send the next events: all that another service has sent are here."""
@@ -251,8 +251,13 @@ class Publication:
         """Make the events again, after the logs were refilled with rows."""
         self._events.refill(rows["history"], rows["biases"])
 
-    def restart(self) -> None:
-        """Discard everything: the journal is replayed from the start."""
+    def restart(self, sensors: SensorTable) -> None:
+        """Discard everything: the journal is replayed from the start, with its first sensors.
+
+        Readers of events may have later ones, until `lead`.
+        """
+        self.follow()
+        self.use(sensors)
         self._known.clear()
         self.rejects.clear()
         self._events.restart()

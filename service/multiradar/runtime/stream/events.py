@@ -197,6 +197,8 @@ class EventRing:
         self.edition = 0
         #: Whether readers may have events that come here later; see `lead`.
         self.following = False
+        # Number of the newest event so far while it is following.
+        self._newest = 0
         #: Number of the last event at the first `lead`: another service may have sent those.
         self.sent_before = 0
         self._has_led = False
@@ -253,17 +255,23 @@ class EventRing:
     def subscribe(self, after: int | None, depth: int) -> "Subscription":
         """Return a reader of the events after a number (None: from now on)."""
         with self._lock:
-            head = self._head
-            subscription = Subscription(self, head if after is None else after, depth)
+            newest = max(self._head, self._newest)
+            subscription = Subscription(self, newest if after is None else after, depth)
             if not self.following:
-                subscription.require(head)
+                subscription.require(self._head)
             self._subscriptions.add(subscription)
             return subscription
+
+    def follow(self) -> None:
+        """Expect readers that have later events: all that were here, or those of others."""
+        with self._lock:
+            self.following = True
+            self._newest = max(self._newest, self._head)
 
     def lead(self) -> None:
         """Continue: all events that readers of this journal may have are here."""
         with self._lock:
-            self.following = False
+            self.following, self._newest = False, 0
             if not self._has_led:
                 self._has_led, self.sent_before = True, self._head
             for subscription in self._subscriptions:

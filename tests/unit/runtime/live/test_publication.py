@@ -422,7 +422,7 @@ def test_a_restarted_publication_repeats_its_output() -> None:
     published, frame = _Published(), recording(500)
     published.push(frame)
     before, tracks = _events(published.view), published.view.tracks()
-    published.publication.restart()
+    published.publication.restart(TABLE)
     assert published.view.tracks().is_empty()
     published.engine = FakeEngine()
     published.push(frame)

@@ -15,6 +15,7 @@ from multiradar.errors import (
 )
 from multiradar.runtime.live import processor
 from multiradar.runtime.live.service import Service, ServiceState
+from multiradar.runtime.stream.events import Subscription
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
@@ -105,6 +106,36 @@ def test_an_entry_that_fails_in_the_engine_is_skipped_and_all_others_count(start
     for piece in [frame[:40], frame[50:]]:
         submit(clean, piece)
     assert settled(clean)["output_sha256"] == status["output_sha256"]
+
+
+@pytest.mark.fault(27)
+def test_readers_that_connect_while_the_engine_is_rebuilt_miss_and_repeat_nothing(
+    start: Starter,
+) -> None:
+    """Their number was taken for that of another journal: a gap, then all events once more."""
+    frame = recording(100)
+    transient = float(frame["time_s"][45])
+    failed: list[bool] = []
+    readers: list[Subscription] = []
+
+    def crash(batch: MeasurementBatch) -> None:
+        if np.any(batch.time_s == transient) and not failed:
+            failed.append(True)
+            raise EngineCrashError("transient")
+        if failed and not readers:
+            readers.extend(service.view.subscribe(after, 10_000) for after in (head, None, 10_000))
+
+    service = start(MemoryJournal(), lambda: FakeEngine(crash))
+    for piece in (frame[:20], frame[20:40]):
+        submit(service, piece)
+    head = int(settled(service)["event_sequence"])  # type: ignore[call-overload]
+    submit(service, frame[40:])
+    last = settled(service)["event_sequence"]
+    known, later, foreign = (iter_events(reader.poll) for reader in readers)
+    assert [one.sequence for one in known] == [*range(head + 1, last + 1)]  # type: ignore[operator]
+    assert later == known
+    assert [one.kind for one in foreign] == ["gap"]
+    assert service.view.subscribe(10_000, 10_000).poll(1)[0].kind == "gap"
 
 
 @pytest.mark.parametrize("count", [2, 3])
