@@ -112,7 +112,13 @@ class TrajectoryFeed:
             self._roster.set_back()
 
     def use(self, sensors: SensorTable) -> None:
-        """Continue with other sensors: those so far at their places."""
+        """Continue with other sensors: those so far at their places.
+
+        Fewer are those of the start of a replay, whose plots are skipped.
+        """
+        if len(sensors) < len(self._sensors):
+            return
+        self._sensors = sensors
         with self._changed:
             self._roster.use(sensors)
         with self._using:

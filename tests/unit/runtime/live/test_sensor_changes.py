@@ -26,6 +26,8 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.storage.entries import Entry
 from multiradar.storage.memory_journal import MemoryJournal
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.asterix.reports import SENDER
 from support.processes.live_services import TABLE, settled, submit
@@ -121,6 +123,27 @@ def test_all_readers_follow_an_added_and_a_moved_radar(run: _Run) -> None:
     assert by_name[NEW]["biases"]
     assert by_name["41-20"]["latitude_deg"] == pytest.approx(49.2001)
     assert len(run.service.view.tracks().filter(pl.col("sensor_id") == NEW)) > 0
+
+
+def test_trajectories_continue_when_the_engine_is_rebuilt_after_a_sensor_was_added(
+    run: _Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The replay begins with fewer sensors; the service stopped for good."""
+    frame, push = recording(900), Engine.push
+    submit(run.service, frame[:300])
+    run.change(NEW, _SITE)
+    submit(run.service, _renamed(frame[300:600]))
+    settled(run.service)
+
+    def failing(engine: Engine, batch: MeasurementBatch, clock_s: float | None) -> EngineOutput:
+        monkeypatch.setattr(Engine, "push", push)
+        raise MemoryError
+
+    monkeypatch.setattr(Engine, "push", failing)
+    submit(run.service, _renamed(frame[600:]))
+    assert settled(run.service)["state"] == "running"
+    assert run.trajectories.settle(WAIT_TIMEOUT_S)
+    assert run.trajectories.counts()["failure"] is None
 
 
 def test_a_disabled_radar_is_named_and_counted_without_an_alarm(run: _Run) -> None:
