@@ -30,6 +30,7 @@
     ├── SnapshotError               a snapshot that cannot be written or used
     ├── StateError                  a state that an object cannot have
     ├── PipelineError               the live pipeline is not running
+    │   └── JournalBusyError        another process has locked the journal; try again later
     ├── LiveStreamError             the end of a stream whose sensors deliver in real time
     ├── AccountingError             counts of measurements do not add up
     ├── QueueFullError              a bounded queue is full; try again later
@@ -174,13 +175,7 @@ class FindingsError(MultiradarError):
 
 
 class DamageError(FindingsError):
-    """A state or a backup is damaged; nothing was written.
-
-    Attributes
-    ----------
-    findings : tuple of str
-        A sentence for each damaged file or entry.
-    """
+    """A state or backup is damaged, nothing was written; `findings` name each file or entry."""
 
     def __init__(self, findings: Sequence[str]) -> None:
         super().__init__(findings, None)
@@ -330,6 +325,10 @@ class StateError(MultiradarError):
 
 class PipelineError(MultiradarError):
     """The live pipeline has stopped, or was not started."""
+
+
+class JournalBusyError(PipelineError):
+    """Another process has locked the journal; nothing was ingested, the service continues."""
 
 
 class AccountingError(MultiradarError):

@@ -6,7 +6,12 @@ from itertools import count
 
 import polars as pl
 
-from multiradar.errors import JournalFullError, QuarantineError, QueueFullError
+from multiradar.errors import (
+    JournalBusyError,
+    JournalFullError,
+    QuarantineError,
+    QueueFullError,
+)
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
 
@@ -44,7 +49,7 @@ def submit_when_possible(
         Waits for a time, s; returns whether the receiver is stopping.
     patient : bool
         Whether further data can wait at their sender: then it retries until the measurements are on
-        disk or the receiver stops, also while the disk is full.
+        disk or the receiver stops, also while the disk is full or the journal is locked.
     shared : bool
         Whether the receiver serves other sources, too: then it does not wait for one in quarantine.
 
@@ -72,15 +77,16 @@ def submit_when_possible(
             if (retries >= SUBMIT_RETRIES_MAX and not endless) or pause(error.retry_after_s):
                 raise
             continue
-        if not (patient and _found_disk_full(future, pause)) or pause(DISK_PAUSE_S):
+        if not (patient and _is_not_written_yet(future, pause)) or pause(DISK_PAUSE_S):
             return future
     msg = "unreachable"
     raise AssertionError(msg)
 
 
-# Whether the disk is full; waits for the journal, unless the receiver is stopping.
-def _found_disk_full(future: Future[Receipt], pause: Callable[[float], bool]) -> bool:
+# Whether the disk is full or the journal locked; waits for the journal, unless the receiver is
+# stopping.
+def _is_not_written_yet(future: Future[Receipt], pause: Callable[[float], bool]) -> bool:
     while not wait([future], _POLL_S).done:
         if pause(0.0):
             return False
-    return isinstance(future.exception(), JournalFullError)
+    return isinstance(future.exception(), JournalFullError | JournalBusyError)

@@ -53,7 +53,7 @@ def removing(until: Position) -> Iterator[Removal]:
 
 
 def _serve(until: Position) -> None:
-    shortening.ENTRIES_MAX = ENTRIES_MAX
+    shortening.ENTRIES_MAX, shortening.PAUSE_S = ENTRIES_MAX, 0.0
     file = os.memfd_create("calls")
     # The same calls in a form that does nothing.
     idle: dict[str, Callable[[], object]] = {

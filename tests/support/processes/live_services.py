@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import polars as pl
 
-from multiradar.errors import JournalError
+from multiradar.errors import MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.receipt import Receipt
@@ -85,7 +85,7 @@ class GatedJournal(MemoryJournal):
 class FailingJournal(MemoryJournal):
     """Fails while requested."""
 
-    def __init__(self, error: JournalError) -> None:
+    def __init__(self, error: MultiradarError) -> None:
         super().__init__()
         self.failing = False
         self._error = error

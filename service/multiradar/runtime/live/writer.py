@@ -2,8 +2,8 @@
 
 An answer is given when the transaction is on disk. A failed write stops the intake permanently,
 because the content of the disk is unknown afterwards: the process ends, and the next one verifies
-the journal. Only a full disk, which the journal reports before any change, allows the next message
-to be tried.
+the journal. Only a full disk and a journal that another process has locked, which are reported
+before any change, allow the next message to be tried.
 """
 
 import itertools
@@ -15,6 +15,7 @@ import polars as pl
 
 from multiradar.errors import (
     IdempotencyConflictError,
+    JournalBusyError,
     JournalFullError,
     MultiradarError,
     PipelineError,
@@ -142,12 +143,15 @@ class Writer:
         entries = [one.prepared.entry for one in admitted]
         try:
             sequences = self._journal.append(entries) if entries else []
-        except JournalFullError as error:
+        except (JournalFullError, JournalBusyError) as error:
             self._undo_arrivals(admitted)
             if self.sensors is not sensors:
                 self._use(sensors)
             self._admission.restore(before)
-            self._on_full()
+            if isinstance(error, JournalFullError):
+                self._on_full()
+            else:
+                _log.warning("%s", error)
             _fail(group, error)
             return
         # Before the answer, so that what the sender then asks for shows its message.

@@ -7,15 +7,21 @@ next entries; the file does not shrink.
 """
 
 import sqlite3
+import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from multiradar.errors import JournalError
-from multiradar.storage.entries import EntryKind, StoredEntry
+from multiradar.storage.entries import EntryKind
 from multiradar.storage.snapshots import Position
-from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
+from multiradar.storage.sqlite.chain import (
+    Columns,
+    entry_digest,
+    mark_digest,
+    rejects_count,
+)
 from multiradar.storage.sqlite.file_lock import unchanged
 from multiradar.storage.sqlite.journal_rows import (
     CHANGES_SCHEMA,
@@ -36,9 +42,12 @@ from multiradar.storage.sqlite.sqlite_file import (
     snapshot,
 )
 
-#: Entries, and octets of their payloads, that one transaction removes at most (but one entry): the
-#: writer of a running service waits so long.
-ENTRIES_MAX, OCTETS_MAX = 64, 8 << 20
+#: Entries, and octets of their columns, that one transaction removes at most (but one entry): the
+#: writer of a running service waits so long, less than 0.5 s.
+ENTRIES_MAX, OCTETS_MAX = 256, 4 << 20
+#: Between two transactions, s: a service that starts tries every 50 ms to open the journal, and the
+#: writer of a running one at least every 100 ms to begin a transaction.
+PAUSE_S = 0.12
 
 
 class Extent(NamedTuple):
@@ -126,6 +135,8 @@ def remove_until(path: Path, until: Position) -> None:
     tip = path.with_name(f"{path.name}-tip")
     removed = 0
     while removed < until.sequence:
+        if removed:
+            threading.Event().wait(PAUSE_S)
         # A service that starts meanwhile verifies the log, which is closed here, too.
         with (
             journal_errors(path),
@@ -160,12 +171,15 @@ def _remove_some(
         connection.execute("UPDATE header SET format_version = ?", (SHORTENED_VERSION,))
     connection.execute(CHANGES_SCHEMA)
     keys = base.keys
-    for stored in _first(connection, rows, base, until):
-        base = _removed(base, stored)
-        if stored.entry.idempotency_key is not None:
+    for sequence, digest, entry in _first(connection, rows, base, until):
+        base = Base(
+            sequence, digest, base.accepted + entry.accepted,
+            base.rejected + rejects_count(entry.rejects), keys,
+        )  # fmt: skip
+        if entry.idempotency_key is not None:
             keys += 1
-            _note_key(connection, rows, stored)
-        _note_change(connection, stored)
+            _note_key(connection, rows, sequence, entry)
+        _note_change(connection, sequence, entry)
     connection.execute("DELETE FROM entry WHERE sequence <= ?", (base.sequence,))
     connection.execute("DELETE FROM quarantine WHERE sequence <= ?", (base.sequence,))
     connection.execute(
@@ -175,50 +189,43 @@ def _remove_some(
     return base.sequence
 
 
-# The first entries, as many as one transaction removes.
+# The first entries, as many as one transaction removes. Their rejected rows stay packed: those of
+# one message may take 1 s to unpack.
 def _first(
     connection: sqlite3.Connection, rows: JournalRows, base: Base, until: Position
-) -> Iterator[StoredEntry]:
+) -> Iterator[tuple[int, bytes, Columns]]:
     octets, digest, sequence = 0, base.digest, base.sequence
     limited = ENTRY + "WHERE sequence > ? AND sequence <= ? ORDER BY sequence LIMIT ?"
     for row in connection.execute(limited, (base.sequence, until.sequence, ENTRIES_MAX)):
         sequence += 1
-        stored = rows.verified(digest, sequence, row)
-        digest = stored.digest
-        yield stored
-        octets += len(stored.entry.payload)
+        entry, digest = rows.intact(digest, sequence, row), row[7]
+        yield sequence, digest, entry
+        octets += entry.octets
         if octets >= OCTETS_MAX:
             return
     if sequence == base.sequence:
         raise rows.damaged(sequence + 1, "the entry is missing")
 
 
-def _removed(base: Base, stored: StoredEntry) -> Base:
-    entry = stored.entry
-    return Base(
-        stored.sequence, stored.digest, base.accepted + entry.accepted,
-        base.rejected + len(entry.rejects), base.keys,
-    )  # fmt: skip
-
-
 # What is needed to answer a message that is sent again.
-def _note_key(connection: sqlite3.Connection, rows: JournalRows, stored: StoredEntry) -> None:
-    whole = Columns.of(stored.entry)
-    admission = whole.admission if stored.entry.kind is EntryKind.CLOCK else ""
-    kept = whole._replace(source="", payload=b"", admission=admission)
-    digest = entry_digest(rows.origin, stored.sequence, kept)
+def _note_key(
+    connection: sqlite3.Connection, rows: JournalRows, sequence: int, entry: Columns
+) -> None:
+    admission = entry.admission if entry.kind == EntryKind.CLOCK else ""
+    kept = entry._replace(source="", payload=b"", admission=admission)
+    digest = entry_digest(rows.origin, sequence, kept)
     connection.execute(
         "INSERT INTO removed VALUES (?, ?, ?, ?, ?, ?, ?)",
-        (kept.idempotency_key, stored.sequence, kept.kind, kept.accepted, kept.rejects,
+        (kept.idempotency_key, sequence, kept.kind, kept.accepted, kept.rejects,
          kept.admission, digest),
     )  # fmt: skip
 
 
 # What a migration applies before the first entry.
-def _note_change(connection: sqlite3.Connection, stored: StoredEntry) -> None:
-    if stored.entry.kind is EntryKind.SENSOR:
-        change = stored.entry.payload.decode()
-        given = (stored.sequence, change, mark_digest(stored.sequence, change))
+def _note_change(connection: sqlite3.Connection, sequence: int, entry: Columns) -> None:
+    if entry.kind == EntryKind.SENSOR:
+        change = entry.payload.decode()
+        given = (sequence, change, mark_digest(sequence, change))
         connection.execute("INSERT INTO sensor_change VALUES (?, ?, ?)", given)
 
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
-from multiradar.errors import JournalError, JournalFullError
+from multiradar.errors import JournalBusyError, JournalError, JournalFullError
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
@@ -49,6 +49,11 @@ _PIECE_ENTRIES = 256
 
 # Ends of the names of its files.
 _FILES = ("", "-wal", "-shm", "-tip")
+
+_BUSY = (
+    "another process, such as `multiradar shorten`, has locked the journal; nothing was written, "
+    "retry later"
+)
 
 # Another service creates the journal in less than a second: 10 s in all.
 _TRIES, _TRY_S = 200, 0.05
@@ -149,6 +154,8 @@ class SqliteJournal:
         ------
         JournalFullError
             If the disk is full; nothing was written and the journal stays usable.
+        JournalBusyError
+            If another process has had it locked for 10 s; as above.
         JournalError
             If writing failed. The content on disk is unknown, and the journal accepts nothing until
             it is opened again.
@@ -394,7 +401,12 @@ class SqliteJournal:
 
     @contextmanager
     def _written(self) -> Iterator[None]:
-        self._writer.execute("BEGIN IMMEDIATE")
+        try:
+            self._writer.execute("BEGIN IMMEDIATE")
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorname.startswith("SQLITE_BUSY"):
+                raise JournalBusyError(_BUSY) from error
+            raise
         try:
             yield
             self._writer.execute("COMMIT")

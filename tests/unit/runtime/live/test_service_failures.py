@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import (
+    JournalBusyError,
     JournalError,
     JournalFullError,
     PipelineError,
@@ -60,15 +61,18 @@ def test_a_failed_journal_stops_the_intake_and_reading_continues(start: Starter)
 
 
 @pytest.mark.fault(24)
-def test_a_full_disk_rejects_messages_until_there_is_space(start: Starter) -> None:
-    journal = FailingJournal(JournalFullError("no room on the disk"))
+@pytest.mark.parametrize("error", [JournalFullError("no room"), JournalBusyError("locked")])
+def test_a_full_disk_or_a_locked_journal_rejects_messages_until_it_can_be_written(
+    start: Starter, error: JournalFullError | JournalBusyError
+) -> None:
+    journal = FailingJournal(error)
     service = start(journal)
     frame = recording(100)
     submit(service, frame[:40])
     journal.failing = True
     later = frame[40:50].with_columns(pl.col("time_s") + 100.0)
     for _ in range(2):
-        with pytest.raises(JournalFullError):
+        with pytest.raises(type(error)):
             submit(service, later)
     journal.failing = False
     # Rejected messages did not advance the data clock.

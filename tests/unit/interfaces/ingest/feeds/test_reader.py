@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.clock import SystemClock
-from multiradar.errors import JournalFullError, PipelineError, QueueFullError
+from multiradar.errors import JournalBusyError, JournalFullError, PipelineError, QueueFullError
 from multiradar.ingest import submission
 from multiradar.ingest.feeds.connections import MemoryConnection
 from multiradar.ingest.feeds.counts import FeedCounts
@@ -223,7 +223,7 @@ def test_a_full_disk_and_a_queue_that_stays_full_are_waited_for(
     connection = MemoryConnection()
     running = Running(connection)
     running.sink.faults += [QueueFullError("intake", 1, 0.0001)] * (SUBMIT_RETRIES_MAX + 10)
-    running.sink.later += [JournalFullError("no space left")] * 3
+    running.sink.later += [JournalFullError("no space left"), JournalBusyError("locked")] * 2
     connection.send(readsb_line(1.0))
     assert running.wait_for(rows_accepted=1)["rows_lost"] == 0
     assert (running.sink.faults, running.sink.later) == ([], [])
