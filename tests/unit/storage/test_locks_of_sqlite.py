@@ -161,3 +161,33 @@ def test_a_service_that_starts_gets_its_turn_between_two_removals(
     join(removing)
     assert turns[-1] < until.sequence
     assert extent_of(path).base.sequence == until.sequence
+
+
+@pytest.mark.parametrize("moment", ["is_shortened", "digest_of"])
+def test_entries_that_are_removed_while_one_is_looked_up_do_not_matter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    """The writer of a service stopped for good, since the entry before was missing."""
+    path = tmp_path / "journal.sqlite"
+    until = _written(path, 20)
+    digests = digests_of(path, [4, 5])
+    journal = SqliteJournal(path, "fingerprint")
+    rows: Any = journal.__dict__["_rows"]
+    real = getattr(rows, moment)
+
+    def overtaken(*given: Any) -> Any:
+        monkeypatch.setattr(rows, moment, real)
+        found = real(*given) if moment == "is_shortened" else None
+        remove_until(path, Position(5, digests[5]))
+        return real(*given) if found is None else found
+
+    monkeypatch.setattr(rows, moment, overtaken)
+    if moment == "is_shortened":
+        assert journal.digest(4) == digests[4]
+    else:
+        found = journal.find("key 4")
+        assert found is not None
+        assert (found.sequence, found.entry) == (5, entry(4))
+    assert journal.removed_until() == 5
+    remove_until(path, until)
+    journal.close()

@@ -230,8 +230,9 @@ class SqliteJournal:
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None; of a removed one without its measurements."""
-        # On the writer's connection, so that long reads do not block the writer.
-        with journal_errors(self._path), self._writing:
+        # On the writer's connection, so that long reads do not block the writer, and in one
+        # transaction, because a command may remove the entry before it meanwhile.
+        with journal_errors(self._path), self._writing, snapshot(self._writer):
             row = self._writer.execute(
                 ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
@@ -270,7 +271,7 @@ class SqliteJournal:
 
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
-        with journal_errors(self._path), self._reading:
+        with journal_errors(self._path), self._reading, snapshot(self._reader):
             head = self._rows.head(self._reader)
             admission = (
                 self._rows.one(self._reader, head.sequence).entry.admission if head.sequence else ""
@@ -284,7 +285,7 @@ class SqliteJournal:
 
     def digest(self, sequence: int) -> bytes:
         """Return the digest of an entry, which covers all before it."""
-        with journal_errors(self._path), self._reading:
+        with journal_errors(self._path), self._reading, snapshot(self._reader):
             return self._rows.digest_of(self._reader, sequence)
 
     def skip(self, sequence: int, reason: str) -> None:
