@@ -12,14 +12,14 @@ import json
 import lzma
 import os
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 from multiradar.errors import InputError, JournalError, OutputExistsError
-from multiradar.storage.entries import StoredEntry
+from multiradar.storage.entries import StoredEntry, in_pieces
 from multiradar.storage.segments import (
     SEGMENT_VERSION,
     Segment,
@@ -39,6 +39,7 @@ from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
     FORMAT_VERSION,
     JournalRows,
+    Row,
     fingerprint_of,
 )
 from multiradar.storage.sqlite.sqlite_file import (
@@ -51,16 +52,21 @@ from multiradar.storage.sqlite.sqlite_file import (
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar_schemas.documents.contents import JOURNAL, no_such
 
-#: Octets of the payloads of a segment, after which it is sealed.
+#: Octets of the entries of a segment as the journal stores them, after which it is sealed.
 SEGMENT_OCTETS = 64 * 1024 * 1024
 
 _PARTIAL = ".partial"
 #: 28 octets a measurement at 6, 29 at 1, which takes a quarter of the time.
 _PRESET = 6
-_APPENDED = 256
 
 #: Called with the entries done so far, and those of all.
 Progress = Callable[[int, int], None]
+
+
+# Of the journal: its rejected rows stay packed, which may take a hundred times as much.
+class _Sealed(NamedTuple):
+    columns: Columns
+    digest: bytes
 
 
 class _End(NamedTuple):
@@ -118,7 +124,7 @@ def archive_journal(
     folder : Path
         The archive; created when absent, with the parent in place.
     segment_octets : int
-        Octets of payloads after which a segment is sealed; the last one may have fewer.
+        Octets of stored entries after which a segment is sealed; the last one may have fewer.
     on_progress : callable
         Called with the number of the last sealed entry and that of all.
 
@@ -153,18 +159,9 @@ def archive_journal(
         end = _continued(connection, journal, rows, folder, fingerprint)
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:
-            stored: list[StoredEntry] = []
-            octets, digest = 0, end.digest
-            for row in found:
-                stored.append(rows.verified(digest, end.sequence + len(stored) + 1, row))
-                digest = stored[-1].digest
-                octets += len(stored[-1].entry.payload)
-                if octets >= segment_octets:
-                    break
-            if not stored:
-                raise rows.damaged(end.sequence + 1, "the entry is missing")
-            new.append(_write(folder, end, stored, marks))
-            end = _End(stored[-1].sequence, digest, fingerprint)
+            sealed = _sealed(rows, end, found, segment_octets)
+            new.append(_write(folder, end, sealed, marks))
+            end = _End(new[-1].last, sealed[-1].digest, fingerprint)
             on_progress(end.sequence, head.sequence)
     return new
 
@@ -193,6 +190,24 @@ def _continued(
     return end
 
 
+# The entries of the next segment.
+def _sealed(
+    rows: JournalRows, end: _End, found: Iterable[Row], segment_octets: int
+) -> list[_Sealed]:
+    sealed: list[_Sealed] = []
+    octets, digest = 0, end.digest
+    for row in found:
+        columns = rows.intact(digest, end.sequence + len(sealed) + 1, row)
+        digest = row[7]
+        sealed.append(_Sealed(columns, digest))
+        octets += columns.octets
+        if octets >= segment_octets:
+            break
+    if not sealed:
+        raise rows.damaged(end.sequence + 1, "the entry is missing")
+    return sealed
+
+
 # The last entry in an archive, whose last segment is verified; None without one.
 def _end_of(folder: Path, base: int) -> _End | None:
     found = segments_of(folder)
@@ -204,10 +219,8 @@ def _end_of(folder: Path, base: int) -> _End | None:
     return _End(entry.sequence, entry.digest, reader.fingerprint)
 
 
-def _write(
-    folder: Path, before: _End, stored: list[StoredEntry], marks: Mapping[int, str]
-) -> Segment:
-    first, last = stored[0].sequence, stored[-1].sequence
+def _write(folder: Path, before: _End, sealed: list[_Sealed], marks: Mapping[int, str]) -> Segment:
+    first, last = before.sequence + 1, before.sequence + len(sealed)
     path = folder / f"{first:012d}-{last:012d}.segment.xz"
     partial = folder / f"{path.name}{_PARTIAL}"
     own = {str(one): reason for one, reason in marks.items() if first <= one <= last}
@@ -217,8 +230,7 @@ def _write(
                 "format": SEGMENT_VERSION, "fingerprint": before.fingerprint, "first": first,
                 "before": before.digest.hex(),
             })  # fmt: skip
-            for one in stored:
-                columns = Columns.of(one.entry)
+            for columns, _ in sealed:
                 packed = columns.rejects if isinstance(columns.rejects, bytes) else None
                 _line(stream, {
                     **columns._asdict(), "payload": len(columns.payload),
@@ -226,7 +238,7 @@ def _write(
                 })  # fmt: skip
                 stream.write(columns.payload)
                 stream.write(packed or b"")
-            _line(stream, {"last": last, "digest": stored[-1].digest.hex(), "skipped": own})
+            _line(stream, {"last": last, "digest": sealed[-1].digest.hex(), "skipped": own})
         sync(partial)
         os.rename(partial, path)
         sync(folder)
@@ -342,12 +354,8 @@ def restore_archive(
     try:
         for segment in found:
             reader = SegmentReader(segment)
-            waiting = []
-            for one in reader.entries():
-                waiting.append(one.entry)
-                if len(waiting) == _APPENDED or one.sequence == segment.last:
-                    written.append(waiting)
-                    waiting = []
+            for piece in in_pieces(one.entry for one in reader.entries()):
+                written.append(piece)
             for sequence, reason in reader.skipped.items():
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)

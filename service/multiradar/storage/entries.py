@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -23,6 +23,9 @@ RECOVERABLE = (
 #: Octets of the contents of all rejected rows of a message that are kept: those of measurements,
 #: which are processed later, and others.
 MEASUREMENTS_BYTES_MAX, RAWS_BYTES_MAX = 16 << 20, 1 << 20
+#: Entries that are written in one transaction at most, and octets in memory after which there are
+#: no more of them; a rejected row takes so many beside its content.
+PIECE_ENTRIES, PIECE_OCTETS, ROW_OCTETS = 256, 16 << 20, 400
 #: The note that replaces the rest of a content is shorter than this.
 _NOTE_BYTES_MAX = 128
 _NOTE = re.compile(r"… \[[0-9]+ octets, sha256 [0-9a-f]{64}\]\Z")
@@ -168,6 +171,21 @@ class JournalCounts:
     accepted: int
     rejected: int
     admission: str
+
+
+def in_pieces(entries: Iterable[Entry]) -> Iterator[list[Entry]]:
+    """Yield entries as lists of at most `PIECE_ENTRIES`, and of few if they are large."""
+    piece: list[Entry] = []
+    octets = 0
+    for entry in entries:
+        piece.append(entry)
+        octets += len(entry.payload) + len(entry.admission)
+        octets += sum(ROW_OCTETS + len(row.reason) + len(row.raw) for row in entry.rejects)
+        if len(piece) == PIECE_ENTRIES or octets >= PIECE_OCTETS:
+            yield piece
+            piece, octets = [], 0
+    if piece:
+        yield piece
 
 
 def bounded(rows: Iterable[RejectedRow]) -> tuple[RejectedRow, ...]:

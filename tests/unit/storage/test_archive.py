@@ -6,7 +6,8 @@ import os
 import re
 import shutil
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,18 @@ import pytest
 
 from multiradar.errors import ConfigurationError, InputError, JournalError, OutputExistsError
 from multiradar.storage import archive as archives
+from multiradar.storage import entries
 from multiradar.storage.archive import (
     archive_entries,
     archive_journal,
     restore_archive,
     verify_archive,
 )
+from multiradar.storage.entries import Entry
 from multiradar.storage.segments import sealed_after, segments_of
 from multiradar.storage.snapshots import Position
+from multiradar.storage.sqlite import chain
+from multiradar.storage.sqlite.chain import Columns
 from multiradar.storage.sqlite.shortening import digests_of, remove_until
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
@@ -406,3 +411,41 @@ def test_one_command_writes_an_archive_at_a_time(
         leave.set()
         join(thread)
     assert verify_archive(folder).damage == ()
+
+
+def test_rejected_rows_count_as_octets_of_a_segment_and_are_not_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All messages of a faulty sender were held in memory, unpacked, and in one segment."""
+    path, folder = tmp_path / "state" / "journal.sqlite", tmp_path / "archive"
+    journal = SqliteJournal(path, FINGERPRINT)
+    for number in range(6):
+        journal.append([entry(number, rejects=2000, size=0)])
+    journal.close()
+    octets = len(Columns.of(entry(5, rejects=2000, size=0)).rejects)
+    with monkeypatch.context() as patch:
+        for name in ("_unpacked", "_packed"):
+            patch.setattr(chain, name, lambda _rows: pytest.fail("it was unpacked or packed"))
+        archive_journal(path, folder, segment_octets=2 * octets)
+    assert _parts(folder) == [(1, 2), (3, 4), (5, 6)]
+    restored = tmp_path / "restored" / "journal.sqlite"
+    monkeypatch.setattr(entries, "PIECE_OCTETS", 3 * 2000 * entries.ROW_OCTETS)
+    pieces: list[int] = []
+    append = SqliteJournal.append
+
+    def counted(self: SqliteJournal, piece: Sequence[Entry]) -> list[int]:
+        pieces.append(len(piece))
+        return append(self, piece)
+
+    monkeypatch.setattr(SqliteJournal, "append", counted)
+    archive_journal(path, tmp_path / "one")
+    restore_archive(tmp_path / "one", restored)
+    assert pieces == [3, 3]
+    assert _content(restored) == _content(path)
+
+
+def test_few_large_entries_are_a_piece() -> None:
+    small, large = entry(1), replace(entry(2), payload=bytes(entries.PIECE_OCTETS))
+    pieces = entries.in_pieces([small] * 600 + [small, large, large, small])
+    assert [len(one) for one in pieces] == [256, 256, 90, 1, 1]
+    assert list(entries.in_pieces([])) == []

@@ -1,6 +1,6 @@
 """Migration: the entries of a journal in a new one, for other sensors, settings or rules."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import ConfigurationError, InputError
-from multiradar.storage.entries import Entry, EntryKind
+from multiradar.storage.entries import Entry, EntryKind, StoredEntry, in_pieces
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from multiradar.settings.service import Settings
     from multiradar.storage.verification import Progress
     from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
-
-#: Entries in one transaction.
-_APPENDED = 256
 
 
 @dataclass
@@ -132,20 +129,14 @@ def migrate(
         try:
             with entries_of(source) as (first, last, entries):
                 done.first = first
-                waiting: list[Entry] = []
                 given = {one.id: one for one in described.sensor} if override_changes else {}
-                for change in _earlier_changes(source, first, given):
-                    sensors = _with_change(change, sensors, admission)
-                    waiting.append(_change_entry(change, admission))
-                    done.count(waiting[-1], waiting[-1])
-                for stored in entries:
-                    entry, sensors = _admitted(stored.entry, sensors, admission, given)
-                    done.count(stored.entry, entry)
-                    waiting.append(entry)
-                    if len(waiting) == _APPENDED or stored.sequence == last:
-                        written.append(waiting)
-                        waiting = []
-                        on_progress(stored.sequence - first + 1, last - first + 1)
+                changes = _earlier_changes(source, first, given)
+                admitted = _all_admitted(
+                    changes, entries, sensors, admission, given=given, done=done
+                )
+                for piece in in_pieces(admitted):
+                    written.append(piece)
+                    on_progress(done.entries - len(changes), last - first + 1)
         finally:
             written.close()
         if not done.entries:
@@ -153,6 +144,22 @@ def migrate(
         journal = settings.journal.model_copy(update={"path": path})
         done.figures = run(settings.model_copy(update={"journal": journal}), table, described)
     return done
+
+
+# The entries of the new journal; each is counted.
+def _all_admitted(
+    changes: "Sequence[bytes]", entries: "Iterable[StoredEntry]", sensors: "SensorsInForce",
+    admission: "Admission", *, given: "Mapping[str, Sensor]", done: Migration,
+) -> "Iterator[Entry]":  # fmt: skip
+    for change in changes:
+        sensors = _with_change(change, sensors, admission)
+        entry = _change_entry(change, admission)
+        done.count(entry, entry)
+        yield entry
+    for stored in entries:
+        entry, sensors = _admitted(stored.entry, sensors, admission, given)
+        done.count(stored.entry, entry)
+        yield entry
 
 
 def _admitted(
