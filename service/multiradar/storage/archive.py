@@ -42,6 +42,7 @@ from multiradar.storage.sqlite.journal_rows import (
     Row,
     fingerprint_of,
 )
+from multiradar.storage.sqlite.opening import beside
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     journal_errors,
@@ -50,6 +51,7 @@ from multiradar.storage.sqlite.sqlite_file import (
     sync,
 )
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.tip import Tip
 from multiradar_schemas.documents.contents import JOURNAL, no_such
 
 #: Octets of the entries of a segment as the journal stores them, after which it is sealed.
@@ -138,14 +140,16 @@ def archive_journal(
     InputError
         There is no such journal, or the archive cannot be written.
     JournalError
-        The journal is damaged, or a segment is damaged, missing, repeated or that of another
-        archive.
+        The journal is damaged or lacks an acknowledged entry, or a segment is damaged, missing,
+        repeated or that of another archive.
     ConfigurationError
         The journal is of another format.
     """
     if not journal.is_file():
         raise InputError(no_such(journal, JOURNAL))
     check_file_type(journal)
+    # Before the journal: it then has the acknowledged entry.
+    tip = Tip.read(beside(journal.resolve(), "-tip"))
     new: list[Segment] = []
     with (
         locked_archive(folder),
@@ -156,6 +160,8 @@ def archive_journal(
         fingerprint = fingerprint_of(connection, journal)
         rows = JournalRows(journal, fingerprint)
         head, marks = rows.head(connection), rows.skipped(connection)
+        if tip is not None:
+            tip.require(journal, head.sequence)
         end = _continued(connection, journal, rows, folder, fingerprint)
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:

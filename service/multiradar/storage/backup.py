@@ -215,11 +215,8 @@ def _copy_journal(journal: Path, copy: Path, tip: Tip | None) -> tuple[Head, str
         fingerprint = fingerprint_of(connection, journal)
         rows = JournalRows(journal, fingerprint)
         head = rows.head(connection)
-        if tip is not None and tip.sequence > head.sequence:
-            raise JournalError(
-                f"{journal}: {tip.sequence} entries were acknowledged, but it contains only "
-                f"{head.sequence}; restore all its files from the same copy"
-            )
+        if tip is not None:
+            tip.require(journal, head.sequence)
         copy_database(connection, copy)
     return head, fingerprint
 

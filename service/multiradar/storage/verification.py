@@ -24,7 +24,6 @@ from multiradar.storage.sqlite.journal_rows import (
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     check_pages,
-    file_errors,
     journal_errors,
     open_database,
     reading_mode,
@@ -38,8 +37,6 @@ from multiradar_schemas.documents.contents import JOURNAL, no_such
 NAMED_MAX = 20
 #: Entries from one call of `on_progress` to the next.
 _STEP_ENTRIES = 256
-#: What a running service writes may be read by half: damage must be found so often.
-_READINGS = 3
 
 #: Called with the entries verified so far, and those of the journal.
 Progress = Callable[[int, int], None]
@@ -179,28 +176,20 @@ class _Check:
 
     def _read_tip(self) -> Tip | None:
         path = self._path.with_name(f"{self._path.name}-tip")
-        for left in reversed(range(_READINGS)):
-            try:
-                tip = Tip.read(path)
-            except JournalError as error:
-                if not left:
-                    self._damage.append(str(error))
-            else:
-                if tip is None:
-                    self._damage.append(f"{path}: missing or empty")
-                return tip
-        return None
+        try:
+            tip = Tip.read(path)
+        except JournalError as error:
+            self._damage.append(str(error))
+            return None
+        if tip is None:
+            self._damage.append(f"{path}: missing or empty")
+        return tip
 
     def _check_log(self) -> None:
         path = self._path.with_name(f"{self._path.name}-wal")
-        found = None
-        for _ in range(_READINGS):
-            begin = _first_octets(path)
-            found = log_damage(path)
-            # A log that starts again meanwhile is no longer the one whose header was read.
-            if found is None or begin != _first_octets(path):
-                return
-        self._damage.append(f"{path}: {found}")
+        found = log_damage(path)
+        if found is not None:
+            self._damage.append(f"{path}: {found}")
 
     def _read_snapshots(self) -> dict[str, Position]:
         folder = SnapshotFolder(self._path)
@@ -339,11 +328,3 @@ def _missing(first: int, last: int) -> str:
     if first == last:
         return f"entry {first} of the journal is missing"
     return f"entries {first} to {last} of the journal are missing"
-
-
-def _first_octets(path: Path) -> bytes:
-    try:
-        with file_errors(path), path.open("rb") as stream:
-            return stream.read(32)
-    except FileNotFoundError:
-        return b""

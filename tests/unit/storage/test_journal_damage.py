@@ -16,6 +16,10 @@ import numpy as np
 import pytest
 
 from multiradar.errors import ConfigurationError, JournalError
+from multiradar.storage.archive import archive_journal
+from multiradar.storage.segments import segments_of
+from multiradar.storage.snapshots import Position
+from multiradar.storage.sqlite.shortening import digests_of, remove_until
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.sqlite.tip import Tip
 from multiradar.storage.sqlite.write_ahead_log import log_damage
@@ -182,6 +186,33 @@ def test_damage_to_the_log_is_named_by_frame_and_byte(killed: Path, tmp_path: Pa
     place = f"frame 13 \\(byte {32 + 12 * _FRAME}\\) is invalid"
     with pytest.raises(JournalError, match=rf"journal\.db-wal is damaged: {place}"):
         _open(folder)
+
+
+@pytest.mark.parametrize("harm", ["log", "tip"])
+def test_commands_change_nothing_of_a_stopped_journal_that_lacks_entries(
+    killed: Path, tmp_path: Path, harm: str
+) -> None:
+    """`shorten` removed the log with the sound frames behind the damage; `archive` succeeded."""
+    folder = _copy(killed, tmp_path / "copy")
+    path = folder / "journal.db"
+    until = Position(5, digests_of(path, [5])[5])
+    content = (folder / "journal.db-wal").read_bytes()
+    if harm == "log":
+        (folder / "journal.db-wal").write_bytes(_flipped(content, (32 + 40 * _FRAME + 500) * 8))
+    else:
+        (folder / "journal.db-tip").write_bytes(Tip(ENTRIES + 1, bytes(32)).line())
+    before = {name: (folder / name).read_bytes() for name in FILES}
+    said = "frame 41 .* is invalid" if harm == "log" else "31 were acknowledged"
+    with pytest.raises(JournalError, match=said):
+        remove_until(path, until)
+    with pytest.raises(JournalError, match=r"3. entries were acknowledged, but it contains only"):
+        archive_journal(path, tmp_path / "archive")
+    assert {name: (folder / name).read_bytes() for name in FILES} == before
+    assert segments_of(tmp_path / "archive") == []
+    # What the operator accepts is lost.
+    (folder / "journal.db-tip").write_text("accept")
+    assert archive_journal(path, tmp_path / "archive")
+    remove_until(path, until)
 
 
 def test_a_rolled_back_transaction_is_not_damage(tmp_path: Path) -> None:

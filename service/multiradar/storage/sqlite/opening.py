@@ -20,6 +20,7 @@ from multiradar.storage.sqlite.sqlite_file import (
     check_pages,
     file_size,
     open_database,
+    reading_mode,
 )
 from multiradar.storage.sqlite.tip import ACCEPT, Tip
 from multiradar.storage.sqlite.write_ahead_log import log_damage
@@ -164,6 +165,26 @@ class Verification:
             f"{self._path}: {how}; restore all files {self._path.name}* from the same copy, or "
             f'write "{ACCEPT}" into {self._tip_path.name} to continue with the remaining entries'
         )
+
+
+def check_acknowledged(path: Path) -> None:
+    """Verify the log of a journal, which may be in use, and that no acknowledged entry is missing.
+
+    Its pages are not verified. No file is changed.
+
+    Raises
+    ------
+    JournalError
+        The log is damaged, or an entry is missing.
+    ConfigurationError
+        The journal is of another format.
+    """
+    with closing(open_database(path, reading_mode(path))) as connection:
+        fingerprint = fingerprint_of(connection, path)
+    rows = JournalRows(path, fingerprint)
+    verification = Verification(path, rows, fingerprint, "", lambda _before, _now: "")
+    verification.pages_verified = True
+    verification.tip()
 
 
 def _has_tables(connection: sqlite3.Connection) -> bool:

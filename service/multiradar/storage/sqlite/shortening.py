@@ -32,6 +32,7 @@ from multiradar.storage.sqlite.journal_rows import (
     JournalRows,
     fingerprint_of,
 )
+from multiradar.storage.sqlite.opening import check_acknowledged
 from multiradar.storage.sqlite.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_file_type,
@@ -130,10 +131,14 @@ def remove_until(path: Path, until: Position) -> None:
     Raises
     ------
     JournalError
-        The entry is another one, an entry before it is damaged, or the journal cannot be written.
+        The entry is another one, an entry before it or the log is damaged, an acknowledged entry is
+        missing, or the journal cannot be written.
     """
     tip = path.with_name(f"{path.name}-tip")
     removed = 0
+    # Without a service, the log is removed when the database is closed, and all behind damage too.
+    with journal_errors(path):
+        check_acknowledged(path)
     while removed < until.sequence:
         if removed:
             threading.Event().wait(PAUSE_S)

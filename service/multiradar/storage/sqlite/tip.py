@@ -10,6 +10,7 @@ an entry that was not on disk.
 import os
 import threading
 import zlib
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -19,6 +20,8 @@ from multiradar.storage.sqlite.sqlite_file import file_errors, sync
 #: What an operator writes into the file to continue with what the journal holds.
 ACCEPT = "accept"
 
+#: What a running service writes may be read by half: damage must be found so often.
+_READINGS = 3
 _SYNC_S = 1.0
 _BYTES_MAX = 4096
 
@@ -33,13 +36,20 @@ class Tip(NamedTuple):
     def read(cls, path: Path) -> Self | None:
         """Return the tip in a file: of no entry if the operator accepts any; None without one.
 
-        A kill at the first start may leave an empty file.
+        A kill at the first start may leave an empty file. A service may be writing it.
 
         Raises
         ------
         JournalError
             If the file cannot be read or is damaged.
         """
+        for _ in range(_READINGS - 1):
+            with suppress(JournalError):
+                return cls._read(path)
+        return cls._read(path)
+
+    @classmethod
+    def _read(cls, path: Path) -> Self | None:
         try:
             with file_errors(path), path.open("rb") as stream:
                 content = stream.read(_BYTES_MAX)
@@ -57,6 +67,14 @@ class Tip(NamedTuple):
         if tip is None or tip.line() != content:
             raise JournalError(f"{path}: damaged")
         return tip
+
+    def require(self, journal: Path, last: int) -> None:
+        """Raise JournalError if a journal, which ends with an entry, lacks the acknowledged one."""
+        if self.sequence > last:
+            raise JournalError(
+                f"{journal}: {self.sequence} entries were acknowledged, but it contains only "
+                f"{last}; restore all its files from the same copy"
+            )
 
     @property
     def accepts_any(self) -> bool:

@@ -21,6 +21,8 @@ _HEADER_BYTES = 32
 _FRAME_HEADER_BYTES = 24
 #: The first word; its last bit is the byte order of the checksums.
 _MAGIC = 0x377F0682
+#: What a running service writes may be read by half: damage must be found so often.
+_READINGS = 3
 #: Frames that are verified at once.
 _PIECE_FRAMES = 1024
 
@@ -43,8 +45,27 @@ class _Frames(NamedTuple):
 def log_damage(path: Path) -> str | None:
     """Return where a write-ahead log is damaged; None if it is intact, or there is none.
 
-    An incomplete last transaction, as left by a crash, is not damage.
+    An incomplete last transaction, as left by a crash, is not damage. A service may be writing it.
     """
+    found = None
+    for _ in range(_READINGS):
+        begin = _first_octets(path)
+        found = _damage(path)
+        # A log that starts again meanwhile is no longer the one whose header was read.
+        if found is None or begin != _first_octets(path):
+            return None
+    return found
+
+
+def _first_octets(path: Path) -> bytes:
+    try:
+        with file_errors(path), path.open("rb") as stream:
+            return stream.read(_HEADER_BYTES)
+    except FileNotFoundError:
+        return b""
+
+
+def _damage(path: Path) -> str | None:
     try:
         with file_errors(path), path.open("rb") as stream:
             begin = stream.read(_HEADER_BYTES)
