@@ -8,6 +8,7 @@ what was accepted; no output of the engine depends on the alarms.
 
 import logging
 import math
+import threading
 from statistics import median
 
 from multiradar.clock import Clock
@@ -47,6 +48,7 @@ class HostClock:
         self._started_s = clock.now_s() - clock.monotonic_s()
         # Steps of the system time that `now_s` has followed, s, and when one was last evaluated.
         self._followed_s, self._evaluated_s = 0.0, -math.inf
+        self._evaluating = threading.Lock()
         #: Hears the sensors; None before the start.
         self.admission: Admission | None = None
 
@@ -58,12 +60,9 @@ class HostClock:
         are compared within the day first, since radars report only a time of day, and what they
         send is dated with this time; then with the date.
         """
-        apart_s, monotonic_s = self.apart_s, self.monotonic_s()
-        if abs(apart_s) > SET_BY_S and monotonic_s - self._evaluated_s >= EVALUATED_EVERY_S:
-            self._evaluated_s = monotonic_s
-            leads_s = self._leads_after(self._followed_s)
-            if not leads_s or sum(_confirmed(one, apart_s) for one in leads_s.values()) > 0:
-                self._follow(apart_s)
+        if abs(self.apart_s) > SET_BY_S:
+            with self._evaluating:
+                self._evaluate()
         return self.received_s + self._followed_s
 
     def monotonic_s(self) -> float:
@@ -72,9 +71,10 @@ class HostClock:
 
     def agree(self, time_s: float) -> None:
         """Follow a step of the system time if it is now nearer to a time that an operator gives."""
-        apart_s, off_s = self.apart_s, time_s - (self.received_s + self._followed_s)
-        if abs(apart_s) > SET_BY_S and abs(off_s - apart_s) < abs(off_s):
-            self._follow(apart_s)
+        with self._evaluating:
+            apart_s, off_s = self.apart_s, time_s - (self.received_s + self._followed_s)
+            if abs(apart_s) > SET_BY_S and abs(off_s - apart_s) < abs(off_s):
+                self._follow(apart_s)
 
     @property
     def received_s(self) -> float:
@@ -136,6 +136,16 @@ class HostClock:
             return {}
         leads_s = self.admission.leads_s(self.received_s)
         return {sensor: lead_s - steps_s for sensor, lead_s in leads_s.items()}
+
+    # Another thread may just have followed the step.
+    def _evaluate(self) -> None:
+        apart_s, monotonic_s = self.apart_s, self.monotonic_s()
+        if abs(apart_s) <= SET_BY_S or monotonic_s - self._evaluated_s < EVALUATED_EVERY_S:
+            return
+        self._evaluated_s = monotonic_s
+        leads_s = self._leads_after(self._followed_s)
+        if not leads_s or sum(_confirmed(one, apart_s) for one in leads_s.values()) > 0:
+            self._follow(apart_s)
 
     def _follow(self, step_s: float) -> None:
         self._followed_s += step_s
