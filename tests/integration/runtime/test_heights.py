@@ -147,10 +147,11 @@ def test_the_height_is_unobservable_from_one_radar(
     assert np.mean(found.place_m > 3.0 * found.place_sigma_m) < beyond
 
 
-def test_aircraft_without_height_do_not_contribute_to_the_biases(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", sorted(FILTERS))
+def test_aircraft_without_height_do_not_contribute_to_the_biases(tmp_path: Path, name: str) -> None:
     scene = builtin_scenario("climbs")
     scene = replace(scene, duration_s=300.0, traffic=scene.traffic[2:])
-    engine, _, _ = played(tmp_path, scene, TrackingSettings())
+    engine, _, _ = played(tmp_path, scene, TrackingSettings(filter_name=name))
     np.testing.assert_array_equal(engine.biases.estimate, 0.0)
 
 

@@ -9,6 +9,7 @@ import pytest
 import zenoh
 
 from multiradar.api.factory import create_api
+from multiradar.ingest.zenoh import queries
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.service import Service
@@ -100,6 +101,15 @@ def test_a_query_with_a_number_gets_the_following_updates(
     ((_, first, _),) = answers(session, f"multiradar/v1/tracks/{newest}?after=0;limit=1")
     assert first["track_id"] == newest
     assert first["sequence"] > 1
+
+
+@pytest.mark.parametrize("selector", ["after=0", "after=0;limit=7"])
+def test_the_updates_in_one_answer_are_bounded(
+    session: zenoh.Session, monkeypatch: pytest.MonkeyPatch, selector: str
+) -> None:
+    monkeypatch.setattr(queries, "CATCH_UP_LIMIT", 5)
+    found = answers(session, f"multiradar/v1/tracks/*?{selector}")
+    assert [document["sequence"] for _, document, _ in found] == [1, 2, 3, 4, 5]
 
 
 def test_a_forecast_has_a_covariance_that_grows(session: zenoh.Session, service: Service) -> None:

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.profile import Profile
+from multiradar_converters.vid.text import _kernels
 from multiradar_converters.vid.text.detection import detect
 from multiradar_converters.vid.text.lines import Line, RejectedError, parse_line
-from multiradar_converters.vid.text.reading import read_rows
+from multiradar_converters.vid.text.reading import _HINTS, read_rows
 from support.inputs import dumps
+from support.kernels import plain
 
 FIELDS = st.sampled_from(
     [
@@ -140,6 +142,18 @@ def test_compiled_and_plain_reading_agree_on_broken_lines(
     lines = [mutate(whole, separator, change).replace(b"\n", b" ") for change in changes]
     found, expected = read_both(tmp_path, name, encoder, lines)
     assert found == expected
+
+
+def test_a_line_may_have_more_pairs_than_there_are_guesses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Uncompiled, where an index out of bounds is an error."""
+    monkeypatch.setattr(_kernels, "parse_pairs", plain(_kernels.parse_pairs))
+    name = "plots_ads.txt"
+    line = b"x=0 " * _HINTS + dumps.pairs()(name, [PLAIN[name]]).rstrip()
+    found, expected = read_both(tmp_path, name, "pairs", [line, line])
+    assert found == expected
+    assert (len(found[0]), found[1]) == (3, [])
 
 
 @settings(max_examples=150)

@@ -32,8 +32,9 @@ class TimedModel:
 
     def linearise(self, observation: Observation, state: Floats) -> Linearised:
         seen = self._model.linearise(observation, state)
-        own = (self._sensors.parameter_sensor == observation.radar) & (
-            self._sensors.parameter_kind == PARAMETER_TIME_OFFSET
+        own = np.flatnonzero(
+            (self._sensors.parameter_sensor == observation.radar)
+            & (self._sensors.parameter_kind == PARAMETER_TIME_OFFSET)
         )
         by_bias = seen.by_bias.copy()
         velocity = self.velocity.get(observation.aircraft, np.zeros(2))

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multiradar_converters.adsb.day_times import DayClock, Flights, day_clocks
+from multiradar_converters.adsb.day_times import DayClock, Flights, _Whole, day_clocks
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.batches import Batch
 from multiradar_converters.adsb.reading.files import open_source
@@ -205,13 +205,16 @@ def test_files_are_compared_by_the_places_of_aircraft(
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("size", [1, 7, 64])
-def test_batches_have_the_times_of_the_whole(seed: int, size: int) -> None:
+@pytest.mark.parametrize("form", [Flights, _Whole])
+def test_batches_have_the_times_of_the_whole(
+    form: type[Flights | _Whole], seed: int, size: int
+) -> None:
     generator = np.random.Generator(np.random.PCG64(seed))
     time_s = (np.cumsum(generator.choice([-10.0, 20.0, 900.0, 9000.0], 400)) + 80_000.0) % DAY_S
     address = generator.integers(1, 6, 400)
 
     def pushed(parts: list[slice]) -> list[float]:
-        clock = DayClock(Flights(), np.arange(400.0) * 10.0 * DAY_S)
+        clock = DayClock(form(), np.arange(400.0) * 10.0 * DAY_S)
         found: dict[int, list[float]] = {}
         for part in parts:
             numbers = np.full((roles.NUMBERS, len(time_s[part])), np.nan)

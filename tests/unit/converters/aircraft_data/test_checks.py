@@ -262,6 +262,19 @@ def test_noise_is_estimated_from_neighbours_and_not_below_the_rounding() -> None
     assert document["values"]["roll_deg"] == {"reports": 5, "sigma": None}  # type: ignore[index]
 
 
+def test_what_is_retained_for_figures_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("RESIDUALS_MAX", "VALUES_MAX", "REPORTS_MAX"):
+        monkeypatch.setattr(f"multiradar_converters.aircraft_data.figures.{name}", 100)
+    figures, count = DataFigures(), 60
+    own, bits, height = values(*[{}] * count), np.zeros(count, np.int64), np.full(count, HEIGHT_M)
+    for part in range(10):
+        time_s = 4.0 * (part * count + np.arange(count, dtype=np.float64))
+        figures.add(own, bits, np.full(count, 3), time_s, height)
+    assert figures.reports == 10 * count
+    for retained in (figures._reports, *figures._values, *figures._residuals):
+        assert 100 <= sum(map(len, retained)) <= 160
+
+
 def test_a_height_farther_below_the_radar_than_the_range_has_a_position() -> None:
     """Regression: a warning of NumPy was shown for damaged records."""
     east, north = plane_positions(np.array([100.0]), np.array([90.0]), np.array([-900.0]))

@@ -15,10 +15,12 @@ from multiradar.runtime.asterix.track_picture import TrackPicture
 from multiradar.tracking.input.measurements import COLUMNS, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import sensor_table
 from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records
 from multiradar_schemas.measurements.measurement import DETECTIONS
+from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.asterix.reports import SENDER, read_tracks
-from support.scenarios.live_scene import sensors
+from support.scenarios.live_scene import sensors, sensors_file
 
 TABLE = sensors()
 TRACKING = TrackingSettings()
@@ -180,6 +182,15 @@ def test_a_track_of_one_sensor_lately_is_monosensor() -> None:
     long_s = TRACKING.coast_after_s + 1.0
     alone = updates(101.0 + long_s, sensor=RADAR)
     assert reported(103.0 + long_s, both, alone).monosensor[0]
+
+
+def test_a_sensor_that_is_added_has_not_measured_the_tracks_before() -> None:
+    one_more = Sensor.model_validate({"id": "more", "kind": "adsb"})
+    tracks = picture()
+    tracks.update(*updates(100.0))
+    tracks.use(sensor_table(SensorsFile(sensor=(*sensors_file().sensor, one_more))))
+    tracks.update(*updates(104.0))
+    assert tracks.reports(105.0).monosensor.tolist() == [True]
 
 
 def test_a_height_that_is_not_measured_is_geometric() -> None:

@@ -111,8 +111,13 @@ def test_two_that_are_responsible_agree_on_one(
         other = decide(there, [ours] if here.responsible else [], 30.0)
         here = here._replace(responsible=found.responsible, since_s=found.since_s)
         there = there._replace(responsible=other.responsible, since_s=other.since_s)
-    assert here.responsible != there.responsible
-    assert (here.responsible, there.responsible) == inside or not any(inside)
+    # The later one stays, by name if both are equal, unless the other has the aircraft inside its
+    # area: that one takes over now.
+    later = since_s >= other_since_s
+    stays = inside[0] if any(inside) else later
+    assert (here.responsible, there.responsible) == (stays, not stays)
+    one, began_s = (here, since_s) if stays else (there, other_since_s)
+    assert one.since_s == (began_s if stays == later else 30.0)
 
 
 def test_a_region_takes_over_from_a_coasting_track_but_not_from_one_that_does_not_hear_it() -> None:
@@ -124,6 +129,20 @@ def test_a_region_takes_over_from_a_coasting_track_but_not_from_one_that_does_no
     assert not decide(inside, [claim(5.0, hears=False)], 30.0).responsible
     # The later one stays, also if the neighbour is ahead in time.
     assert decide(inside, [claim(31.0)], 30.0).since_s > 31.0
+
+
+@pytest.mark.parametrize(
+    ("own", "expected"),
+    [
+        (Position("west", True, 5.0, False, True), (True, 5.0, None)),
+        (Position("west", False, 5.0, False, True), (True, 30.0, None)),
+        (Position("west", False, 5.0, False, True, waits=True), (False, 30.0, None)),
+    ],
+)
+def test_a_region_is_responsible_if_no_other_is_unless_it_waits(
+    own: Position, expected: tuple[bool, float, None]
+) -> None:
+    assert decide(own, [], 30.0) == expected
 
 
 def handover(**changes: Any) -> bytes:

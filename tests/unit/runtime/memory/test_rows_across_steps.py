@@ -51,14 +51,15 @@ class Files:
 class Past:
     """What memory has of the past of a service, and what its files have."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, keeps_files: bool = True) -> None:
         limits = RuntimeLimits(
             history_rows_max=CAPACITY, bias_history_rows_max=CAPACITY, events_max=10
         )
         self.publication = Publication(TABLE, TrackingSettings(), limits)
         self.files = Files()
         self.view: Any = self.publication.view
-        self.view.keep_history(self.files, lambda: ([], []))
+        if keeps_files:
+            self.view.keep_history(self.files, lambda: ([], []))
 
     def step(self, time_s: float) -> None:
         """Set the data time back."""
@@ -154,3 +155,9 @@ def test_a_track_without_a_step_is_answered_once(past: Past) -> None:
         expected = [one for one in every if one >= since_s]
         assert past.times_s(UPDATES, 1, since_s) == expected
         assert past.times_s(UPDATES, 1, since_s, every[-1]) == expected
+
+
+def test_rows_until_a_time_are_those_of_memory_without_files() -> None:
+    past = Past(keeps_files=False)
+    past.updates(1, [1.0, 5.0, 7.0, 9.0, 13.0], written=False)
+    assert past.view.rows(UPDATES, 1, None, 3, 9.0)["time_s"].to_list() == [5.0, 7.0, 9.0]

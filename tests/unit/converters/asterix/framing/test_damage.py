@@ -1,10 +1,12 @@
 """Recordings that were written or transferred as text."""
 
 import base64
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from multiradar_converters.asterix.framing.containers import read_octets
 from multiradar_converters.asterix.framing.damage import damage_of
 
 
@@ -41,3 +43,10 @@ def test_a_recording_is_not_damaged() -> None:
 )
 def test_damage_is_named(data: bytes, words: str) -> None:
     assert words in damage_of(octets(data))
+
+
+@pytest.mark.parametrize("text", [b"time;range;azimuth\n" * 250, "é".encode() * 2500])
+def test_octets_inside_a_recording_may_look_like_text(tmp_path: Path, text: bytes) -> None:
+    path = tmp_path / "recording.ast"
+    path.write_bytes(RECORDING[:1000] + text)
+    assert read_octets(path, 1000, 4096).tobytes() == text[:4096]

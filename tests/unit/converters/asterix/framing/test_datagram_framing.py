@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from multiradar_converters.asterix.framing import datagrams
 from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
 from support.asterix.octets import (
     block,
@@ -107,3 +108,18 @@ def test_damaged_datagrams_among_those_with_a_footer_are_gaps(tmp_path: Path) ->
     blocks = read(tmp_path, [good] * 30 + [bad] + [good] * 30)
     assert len(blocks.begins) >= 60
     assert len(blocks.gaps) >= 1
+
+
+def test_datagrams_have_the_same_blocks_however_many_are_split_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generator = random.Random(8)
+    payloads = [generator.choice([*CONTENTS, ONE[:-3], ONE + bytes(3)]) for _ in range(300)]
+    at_once = read(tmp_path, payloads)
+    monkeypatch.setattr(datagrams, "_NOTED", 64)
+    in_parts = read(tmp_path, payloads)
+    assert at_once.gaps
+    assert in_parts.gaps == at_once.gaps
+    assert (in_parts.begins.tolist(), in_parts.ends.tolist()) == (
+        at_once.begins.tolist(), at_once.ends.tolist()
+    )  # fmt: skip

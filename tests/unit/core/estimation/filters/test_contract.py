@@ -37,6 +37,7 @@ from support.references.reference_runs import START_SIGMA, bias_prior, play, sta
 from support.scenarios.scenes import (
     Radar,
     Scene,
+    flat_sites,
     flattened,
     make_scene,
     random_flights,
@@ -416,6 +417,26 @@ def test_a_plot_in_the_cone_of_silence_is_rejected(name: str) -> None:
     biases = one.biases()[0].copy()
     assert one.process(high) == Outcome.CONE_OF_SILENCE
     np.testing.assert_array_equal(one.biases()[0], biases)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("ground_m", "outcome"), [(3900.0, Outcome.CONE_OF_SILENCE), (4100.0, Outcome.UPDATED)]
+)
+def test_the_cone_of_silence_has_its_apex_at_the_site(
+    name: str, ground_m: float, outcome: Outcome
+) -> None:
+    """Of 45 degrees, 4 km above the radar."""
+    radars = [replace(one, height_m=1000.0) for one in three_radars()]
+    rng = np.random.default_rng(15)
+    scene = make_scene(rng, radars, random_flights(rng, 1, 10.0))
+    one = gated(name, scene)
+    place = np.array([*flat_sites(scene.plane, scene.sensors)[0], 0.0, 0.0])
+    place[0] += ground_m
+    one.start(0, 0.0, place, np.diag(START_SIGMA**2))
+    plot = Observation(1.0, 0, 0, np.zeros(2), height_m=5000.0)
+    expected = -measured(scene, "ellipsoid").linearise(plot, place).innovation
+    assert one.process(replace(plot, value=expected)) == outcome
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -18,7 +18,10 @@ from multiradar.estimation.filters.arrays import (
 )
 from multiradar.estimation.filters.bank import FILTERS, Outcome, find_filter_for
 from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
-from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_OFFSET
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+)
 from multiradar.tracking.association.shared_plots import shared_plots
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import BY_PROBABILITY
@@ -32,6 +35,7 @@ from support.references.reference_delays import (
 )
 from support.references.reference_filters import JointKalman, Observation, ReferenceFilter
 from support.references.reference_runs import bias_prior, observations, play, start_guesses
+from support.references.reference_time_offsets import TimedTwoStage
 from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 ACCELERATION = 0.3
@@ -42,12 +46,16 @@ DELAYS_M = np.array([75.0, -40.0, 10.0, -95.0])
 DELAYED = np.array([True, True, False])
 
 
-def delayed_scene(seed: int, *, length_s: float = 80.0, drift: float = 0.0) -> Scene:
+def delayed_scene(
+    seed: int, *, length_s: float = 80.0, drift: float = 0.0, late_s: float = 0.0
+) -> Scene:
     """Ranges of two radars with the delays of the aircraft, a third radar without."""
     rng = np.random.default_rng(seed)
     radars = [replace(one, detection=0.8) for one in three_radars()]
     if drift:
         radars[1] = replace(radars[1], drifts={PARAMETER_RANGE_OFFSET: drift})
+    if late_s:
+        radars[0] = replace(radars[0], biases={**radars[0].biases, PARAMETER_TIME_OFFSET: late_s})
     flights = random_flights(rng, AIRCRAFT, length_s, acceleration_density=ACCELERATION)
     scene = make_scene(rng, radars, flights)
     sensors = replace(scene.sensors, transponder_delay_sigma_m=np.where(DELAYED, SIGMA_M, np.nan))
@@ -68,13 +76,17 @@ def played(
 
 
 def assert_equal(
-    found: tuple[np.ndarray, np.ndarray], expected: tuple[np.ndarray, np.ndarray]
+    found: tuple[np.ndarray, np.ndarray],
+    expected: tuple[np.ndarray, np.ndarray],
+    *,
+    sigmas: float = 1e-8,
+    variance: float = 1e-8,
 ) -> None:
-    """Means to 1e-8 of their sigmas, variances to 1e-8."""
+    """Means in units of their sigmas; variances relative."""
     scale = np.sqrt(np.diagonal(expected[1]))
-    np.testing.assert_allclose(found[0] / scale, expected[0] / scale, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found[0] / scale, expected[0] / scale, rtol=0, atol=sigmas)
     outer = np.outer(scale, scale)
-    np.testing.assert_allclose(found[1] / outer, expected[1] / outer, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found[1] / outer, expected[1] / outer, rtol=0, atol=variance)
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
@@ -114,6 +126,27 @@ def test_delays_with_drifting_biases_equal_a_fifth_component_of_the_state() -> N
         assert_equal(one.aircraft(aircraft), plain.aircraft(aircraft))
         assert_equal(one.biases(), plain.biases())
         assert_equal(as_arrays(one.delay(aircraft)), as_arrays(plain.delay(aircraft)))
+
+
+def test_delays_with_time_offsets_equal_further_biases() -> None:
+    scene = delayed_scene(8, late_s=0.4)
+    sensors = scene.sensors
+    model = DelayedModel(EllipsoidPolar(scene.plane, sensors), sensors, AIRCRAFT)
+    prior = with_delays(bias_prior(scene), SIGMA_M, AIRCRAFT)
+    plain = TimedTwoStage(model, sensors, prior, ACCELERATION)
+    one, columns = compiled("two-stage", scene), len(sensors.parameter_kind)
+    for _, observation in played(scene, [one, plain], 8):
+        aircraft = observation.aircraft
+        mean, covariance = plain.biases()
+        place = columns + aircraft
+        # There, offsets are relinearised given the delay, at a velocity of before it is updated.
+        for found, expected in (
+            (one.aircraft(aircraft), plain.aircraft(aircraft)),
+            (one.biases(), (mean[:columns], covariance[:columns, :columns])),
+            (as_arrays(one.delay(aircraft)), (mean[[place]], covariance[[place], place][None])),
+        ):
+            assert_equal(found, expected, sigmas=0.1, variance=0.05)
+    assert np.isfinite(one.arrays.velocity[:AIRCRAFT]).all()
 
 
 def as_arrays(moments: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.tracking.health._health_kernels import CLIP, CLIPPED_MEAN
-from multiradar.tracking.health.health_sums import GAIN_SCALE_M, NORMALS, PATTERNS
+from multiradar.tracking.health.health_sums import GAIN_SCALE_M, NORMALS, PATTERNS, HealthSums
 from multiradar.tracking.health.health_tests import (
     JUMP_SIGMAS,
     jump_evidence,
@@ -13,7 +13,7 @@ from multiradar.tracking.health.health_tests import (
     scale_after,
     shift_of_site,
 )
-from multiradar.tracking.health.jump_tests import JUMP_THRESHOLD
+from multiradar.tracking.health.jump_tests import JUMP_THRESHOLD, JumpTests
 
 Floats = NDArray[np.float64]
 
@@ -62,6 +62,20 @@ def test_errors_within_the_bias_uncertainty_are_no_jump_however_long() -> None:
     values = 2.0 + random.normal(size=(3000, 20))
     assert cumulated(values, common=1.0).max() < JUMP_THRESHOLD
     assert cumulated(values[:3]).max() > JUMP_THRESHOLD
+
+
+def test_no_radar_is_tested_for_eight_scans_after_a_jump() -> None:
+    """Tracks disturbed by a jump would be another one."""
+    tests, sums = JumpTests(np.array([0]), np.array([4.0]), tests=True), HealthSums.empty(1, 1)
+    sums.last_plot[0] = 0.0
+    assert tests.find(0.0, sums) == -1
+    found = {}
+    for end_s in (100.0, 104.0, 131.0, 132.0):
+        sums.values[0, :, :15], sums.tested[0], sums.commons[0] = 5.0, 15, 15
+        found[end_s] = tests.find(end_s, sums), int(tests.counts[0]), tests.held_s
+    assert found == {
+        100.0: (0, 1, 132.0), 104.0: (-1, 1, 132.0), 131.0: (-1, 1, 132.0), 132.0: (0, 2, 164.0),
+    }  # fmt: skip
 
 
 def test_the_scale_converges_to_the_variance_despite_outliers() -> None:
