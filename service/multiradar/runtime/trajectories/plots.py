@@ -212,9 +212,12 @@ class PlotLocator:
 
     def _reported_position(self, plot: np.void, published: Published) -> LocatedPlot:
         own = int(plot["sensor"])
+        # Of its sensor alone: those published may be of fewer, before another one was added.
+        biases = np.zeros((len(self._sensors), len(PARAMETER_NAMES)))
+        biases[own] = published.estimate[own]
         reported = np.array([plot["latitude_rad"]]), np.array([plot["longitude_rad"]])
         latitude, longitude = reports_without_frames(
-            *reported, np.array([own]), self._sensors, published.estimate
+            *reported, np.array([own]), self._sensors, biases
         )
         (east,), (north,) = self.plane.to_plane(latitude, longitude)
         across = np.linalg.inv(self.plane.local_matrix(east, north))

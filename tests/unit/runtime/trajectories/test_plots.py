@@ -19,6 +19,8 @@ from multiradar.runtime.trajectories.plots import (
     prior_biases,
 )
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import sensor_table
+from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()
@@ -186,3 +188,19 @@ def test_plots_are_corrected_for_the_prior_before_the_first_epoch() -> None:
     sensor, kind = int(TABLE.parameter_sensor[0]), int(TABLE.parameter_kind[0])
     known = prior_biases(replace(TABLE, prior_mean=means))
     assert known.estimate[sensor, kind] == 120.0
+
+
+def test_a_queued_report_is_located_after_a_sensor_was_added() -> None:
+    """It failed with the biases of the sensors before, and its bundle was reinitialised."""
+    report = plot(
+        sensor=ADSB, kind=KIND_POSITION, latitude_rad=PLACE[0], longitude_rad=PLACE[1],
+        position_sigma_m=20.0,
+    )  # fmt: skip
+    file = live_scene.sensors_file()
+    added = Sensor(id="mlat", kind="mlat")
+    grown = PlotLocator(TABLE, TRACKING)
+    grown.use(sensor_table(SensorsFile(sensor=(*file.sensor, added)), in_order=True))
+    found, expected = grown.locate(report, NOTHING), placed(report)
+    assert isinstance(found, LocatedPlot)
+    for one, other in zip(found, expected, strict=True):
+        assert np.array_equal(one, other)
