@@ -146,21 +146,22 @@ def test_a_service_that_starts_gets_its_turn_between_two_removals(
     path = tmp_path / "journal.sqlite"
     until = _written(path, 31)
     monkeypatch.setattr(shortening, "ENTRIES_MAX", 1)
+    journal = SqliteJournal(path, "fingerprint")
     removing = threading.Thread(target=remove_until, args=(path, until))
     removing.start()
     turns = [0]
 
     def is_removing() -> bool:
-        return extent_of(path).base.sequence > turns[-1] or not removing.is_alive()
+        return journal.removed_until() > turns[-1] or not removing.is_alive()
 
     for _ in range(3):
         wait_until(is_removing, "an entry to be removed")
         with unchanged(path.with_name(f"{path.name}-tip")):
-            turns.append(extent_of(path).base.sequence)
+            turns.append(journal.removed_until())
     monkeypatch.setattr(shortening, "PAUSE_S", 0.0)
     join(removing)
-    assert turns[-1] < until.sequence
-    assert extent_of(path).base.sequence == until.sequence
+    assert turns[-1] < until.sequence == journal.removed_until()
+    journal.close()
 
 
 @pytest.mark.parametrize("moment", ["is_shortened", "digest_of"])
