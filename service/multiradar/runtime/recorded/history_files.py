@@ -42,6 +42,7 @@ BLOCK_ROWS = 16_384
 HOUR_S = 3600
 DAY_S = 86_400.0
 STATE_FILE = "state.json"
+_PARTIAL_STATE = f".{STATE_FILE}"
 STATE_VERSION = 1
 # The history is written as far as these tables are.
 _WRITTEN = (TRACKS_FILE, MEASUREMENTS_FILE)
@@ -416,7 +417,8 @@ def read_state(folder: Path) -> HistoryState:
     """Return how far a history was written; raises InputError where a folder is no history."""
     path = folder / STATE_FILE
     if not path.exists():
-        if any(folder.iterdir()):
+        # A kill during the first write leaves a partial file alone.
+        if any(one.name != _PARTIAL_STATE for one in folder.iterdir()):
             raise InputError(
                 f"{folder}: not empty, and not the history of a service: {STATE_FILE} is missing; "
                 "choose another folder"
@@ -433,7 +435,7 @@ def read_state(folder: Path) -> HistoryState:
 
 
 def _write_state(folder: Path, state: HistoryState) -> None:
-    partial = folder / f".{STATE_FILE}"
+    partial = folder / _PARTIAL_STATE
     document = {
         "format": STATE_VERSION, "write": state.write, "sequence": state.sequence,
         "digest": state.digest, "positions": dict(state.positions), "steps": list(state.steps),

@@ -13,6 +13,7 @@ from multiradar.runtime.memory.set_backs import TrackStep
 from multiradar.runtime.offline.offline_job import BIASES_FILE, TRACKS_FILE
 from multiradar.runtime.recorded import history_files, history_reader
 from multiradar.runtime.recorded.history_files import (
+    STATE_FILE,
     HistoryFolder,
     HistoryState,
     hours_of,
@@ -147,6 +148,14 @@ def test_a_part_that_was_just_removed_has_no_rows(
     rows = reader.rows("biases", TABLE.ids[0], 0.0, 3600.0, 10, last=last)
     assert rows["time_s"].to_list() == [200.0, 300.0]
     folder.close()
+
+
+def test_a_history_begins_after_a_kill_at_its_first_octets(tmp_path: Path) -> None:
+    folder = tmp_path / "history"
+    folder.mkdir()
+    (folder / f".{STATE_FILE}").write_text('{"form', encoding="utf-8")
+    HistoryFolder(folder, dict).close()
+    assert [one.name for one in folder.iterdir()] == [STATE_FILE]
 
 
 def test_parts_of_a_write_whose_state_was_not_synced_are_removed_after_it(
