@@ -368,8 +368,11 @@ export class Picture {
 function areaOf(extent: number[]): string {
   const [west, south] = toLonLat([extent[0] ?? 0, extent[1] ?? 0]) as [number, number];
   const [east, north] = toLonLat([extent[2] ?? 0, extent[3] ?? 0]) as [number, number];
-  if (!(east > west) || (extent[2] ?? 0) - (extent[0] ?? 0) > WORLD_UNITS) return "-180,-90,180,90";
-  const step = 2 ** Math.ceil(Math.log2(Math.max(east - west, north - south) / 4));
+  // Across the antimeridian, west is the greater longitude.
+  const width = east - west + (east < west ? 360 : 0);
+  const step = 2 ** Math.ceil(Math.log2(Math.max(width, north - south) / 4));
+  const isWorld = (extent[2] ?? 0) - (extent[0] ?? 0) > WORLD_UNITS || !(width > 0) || (east < west && width + 2 * step > 360);
+  if (isWorld) return "-180,-90,180,90";
   const down = (value: number) => Math.floor(value / step) * step;
   const corners = [down(west), down(south), down(east) + step, down(north) + step];
   return corners.map((one, at) => {

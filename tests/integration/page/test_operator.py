@@ -152,7 +152,7 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     sheet = page.get_by_role("region", name="Sensor north")
     north.click()
     expect(sheet).to_contain_text(re.compile(r"no plots at present; previously: \d+\.\d % of"))
-    expect(sheet).to_contain_text("Do not use these biases: the clock of this radar is wrong")
+    expect(sheet).to_contain_text("Do not use these biases: the clock of this sensor is wrong")
     page.evaluate("window.multiradar.actions.sensor('west')")
     assert "west FAULT" in names
     # A fault is in the estimates, too.
@@ -189,9 +189,9 @@ def test_causes_begin_with_a_capital_and_alarms_have_words(page: Page, air: Air)
     # The first one is above the list, where it follows the name of the sensor.
     causes = ["Its clock is wrong.", "range_max_m is small."]
     expect(sheet.locator("p.alarm")).to_have_text([*causes, re.compile("^Do not use")])
-    expect(page.locator("#announcer")).to_contain_text("Alarm for radar north: bias jump.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for sensor north: bias jump.")
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("Alarm for radar north: bias jump cleared.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm for sensor north: bias jump cleared.")
 
 
 def test_long_names_and_badges_leave_all_tabs_and_columns_in_sight(page: Page, air: Air) -> None:

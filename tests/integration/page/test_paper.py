@@ -5,7 +5,7 @@ from typing import Any
 from playwright.sync_api import Page, expect
 
 from integration.page.conftest import Air
-from integration.page.test_browser import PICTURE, STORE, opened
+from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_panels import pictured
 
 ACTIONS = "window.multiradar.actions"
@@ -74,6 +74,9 @@ def test_traffic_across_the_antimeridian_is_on_one_map(page: Page, air: Air) -> 
         }})()"""
     )
     assert inside == [True, True]
+    # Only what is visible is asked for.
+    west, east = (f"Number(window.multiradar.feed.area.split(',')[{at}])" for at in (0, 2))
+    settled(page, f"{west} > 170 && {east} < -170")
 
     # Flown across it since the frame, at the time shown.
     def crossing(header: dict[str, Any], tracks: dict[str, Any]) -> None:

@@ -41,9 +41,9 @@ def test_threads_are_the_default() -> None:
     assert steps_of(Settings(), 2) is None
 
 
-def test_an_absent_engine_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_absent_engine_names_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     without_ray(monkeypatch)
-    with pytest.raises(ConfigurationError, match=r"pip install 'multiradar\[cluster\]'"):
+    with pytest.raises(ConfigurationError, match=r"pip install .* -r requirements/cluster\.txt"):
         steps_of(ray_settings("127.0.0.1"), 2)
 
 
