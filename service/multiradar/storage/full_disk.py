@@ -53,7 +53,9 @@ def space_error(folder: Path) -> int | None:
     """
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
-            os.write(file.fileno(), bytes(_TRIED_OCTETS))
+            left = memoryview(bytes(_TRIED_OCTETS))
+            while left:  # The last octets of a quota are written without an error.
+                left = left[os.write(file.fileno(), left) :]
     except OSError as error:
         return error.errno if error.errno in _FULL else None
     return None

@@ -128,3 +128,20 @@ def test_a_journal_whose_quota_is_exceeded_is_full_and_continues(tmp_path: Path)
     assert full == [f"{path}: disk quota exceeded; free some space"] * 6
     assert failed == f"{path}: disk I/O error (SQLITE_IOERR_WRITE)"
     assert sorted(one.name for one in tmp_path.iterdir() if "journal" not in one.name) == []
+
+
+@pytest.mark.fault(24)
+def test_the_last_octets_of_a_quota_are_not_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes, write = [4096], os.write
+
+    def limited(file: int, octets: memoryview) -> int:
+        if not sizes:
+            raise OSError(errno.EDQUOT, os.strerror(errno.EDQUOT))
+        return write(file, octets[: sizes.pop()])
+
+    monkeypatch.setattr(os, "write", limited)
+    assert full_disk.space_error(tmp_path) == errno.EDQUOT
+    monkeypatch.undo()
+    assert full_disk.space_error(tmp_path) is None

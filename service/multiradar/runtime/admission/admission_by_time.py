@@ -367,7 +367,9 @@ class Admission:
             if len(run) != len(self._run):
                 msg = "wrong length"
                 raise ValueError(msg)
+            # What was heard stays: without it, no sensor would be heard for a while.
             standing = np.zeros_like(self._standing)
+            standing[:, kernels.SAMPLES] = self._standing[:, kernels.SAMPLES]
             for sensor, count in fields.get("contradicted", []):
                 standing[sensor, kernels.CONTRADICTED] = count
             due = np.full(self.sensors, -np.inf)

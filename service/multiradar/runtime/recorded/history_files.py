@@ -199,7 +199,7 @@ class HistoryFolder:
         self.path = path
         self._beside = beside
         self._dirty = True
-        # Whether the state on disk counts a write that failed at the end.
+        # Whether the state on disk may count a write that failed at the end.
         self._is_ahead = False
         self._octets: dict[int, int] = {}
         #: Earliest time of a track, s; None without any.
@@ -288,7 +288,7 @@ class HistoryFolder:
         try:
             _write_state(self.path, final)
         except BaseException:
-            self._is_ahead = read_state(self.path).write == number
+            self._is_ahead = _may_count(self.path, number)
             raise
         self.state, self._dirty = final, False
         for _, path in staged:
@@ -400,6 +400,14 @@ def _give_names(staged: Sequence[tuple[Path, Path]]) -> None:
         os.rename(partial, path)
     for folder in {path.parent for _, path in staged}:
         sync(folder)
+
+
+# Whether the state on disk counts a write, as far as can be read.
+def _may_count(folder: Path, number: int) -> bool:
+    try:
+        return read_state(folder).write == number
+    except (OSError, InputError):
+        return True
 
 
 # Rows by hour, each by ascending time.

@@ -261,3 +261,14 @@ def test_a_sensor_votes_once_it_was_heard_often_enough(samples: int, vote: int) 
     standing[0, SAMPLES] = samples
     heard[0, :, RECEIVED] = NOW_S
     assert plain(_vote)(100.0, NOW_S, bounds, standing, heard) == vote
+
+
+def test_after_a_full_disk_the_sensors_are_still_heard() -> None:
+    """The clock of the machine would follow any step while none is."""
+    admission = Admission(6.0, 3)
+    _lost(admission, _pair(), NOW_S, live=True)
+    end_s = NOW_S + 120.0
+    before = admission.leads_s(end_s)
+    assert len(before) == 2
+    admission.restore(admission.state())
+    assert admission.leads_s(end_s) == before

@@ -154,7 +154,7 @@ def test_a_wrong_step_of_the_system_time_changes_nothing(step_s: float) -> None:
         assert set(live.service.view.tracks()["state"]) == {"stale"}
 
 
-@pytest.mark.parametrize("wrong_s", [-7200.0, -DAY_S, 7200.0, 45.0, -45.0])
+@pytest.mark.parametrize("wrong_s", [-7200.0, -DAY_S, 7200.0, 45.0, -45.0, 12.0, -12.0])
 @pytest.mark.fault(8)
 def test_a_wrong_clock_of_the_start_is_replaced_when_the_sensors_confirm_it(wrong_s: float) -> None:
     with Live(-wrong_s, rows=0) as live:
@@ -209,6 +209,29 @@ def test_an_operator_who_sets_the_data_time_confirms_no_wrong_step() -> None:
         for second in range(30, 40):
             assert live.radars(second) == 0
         assert live.data_time_s == pytest.approx(START_S + 40.0, abs=1.0)
+
+
+@pytest.mark.parametrize("wrong_s", [8.0, -8.0, 3.0, -3.0])
+@pytest.mark.fault(8)
+def test_a_step_of_seconds_is_followed_if_the_sensors_confirm_it(wrong_s: float) -> None:
+    with Live(-wrong_s, rows=0) as live:
+        for second in range(10):
+            live.clocked(second)
+        live.clock.set_by_s = -wrong_s
+        for second in range(10, 15):
+            live.clocked(second)
+        assert live.service.reception.now_s() == pytest.approx(START_S + 15.0, abs=1.0)
+
+
+@pytest.mark.fault(8)
+def test_an_operator_who_sets_another_time_confirms_no_wrong_step() -> None:
+    """As for a replay of the day before."""
+    with Live() as live:
+        settled(live.service)
+        live.clock.set_by_s = -3600.0
+        before_s = live.service.reception.now_s()
+        live.service.set_clock(START_S - DAY_S, source="test").result(WAIT_TIMEOUT_S)
+        assert live.service.reception.now_s() == pytest.approx(before_s, abs=1.0)
 
 
 def test_inputs_of_radars_and_feeds_date_by_the_time_of_reception(tmp_path: Path) -> None:

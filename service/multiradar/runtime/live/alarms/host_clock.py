@@ -56,7 +56,8 @@ class HostClock:
         """Return the time of a reception now, UTC, s, which does not follow every step.
 
         A step of the system time is followed if most of the sensors that are heard in real time
-        agree better with the system time after it, by `APART_S`, or if no sensor is heard. Times
+        agree better with the system time after it, by `APART_S` or half the step, or if no sensor
+        is heard. Times
         are compared within the day first, since radars report only a time of day, and what they
         send is dated with this time; then with the date.
         """
@@ -70,10 +71,15 @@ class HostClock:
         return self._clock.monotonic_s()
 
     def agree(self, time_s: float) -> None:
-        """Follow a step of the system time if it is now nearer to a time that an operator gives."""
+        """Follow a step of the system time if that is now the time that an operator gives.
+
+        It is so within `APART_S`, or half the step. Another time is one of a replay.
+        """
         with self._evaluating:
             apart_s, off_s = self.apart_s, time_s - (self.received_s + self._followed_s)
-            if abs(apart_s) > SET_BY_S and abs(off_s - apart_s) < abs(off_s):
+            left_s = abs(off_s - apart_s)
+            near = left_s < abs(off_s) and left_s <= max(APART_S, 0.5 * abs(apart_s))
+            if abs(apart_s) > SET_BY_S and near:
                 self._follow(apart_s)
 
     @property
@@ -156,7 +162,7 @@ class HostClock:
 def _confirmed(lead_s: float, step_s: float) -> int:
     for distance_s in (_within_day, abs):
         gain_s = distance_s(lead_s) - distance_s(lead_s - step_s)
-        if abs(gain_s) > APART_S:
+        if abs(gain_s) > min(APART_S, 0.5 * abs(step_s)):
             return 1 if gain_s > 0.0 else -1
     return 0
 
