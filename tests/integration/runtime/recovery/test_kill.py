@@ -129,7 +129,7 @@ def test_kills_at_random_times_do_not_change_the_output(
     replay = _Replay(batches, path)
     killed = 0
     while killed < kills:
-        # One in four during the recovery, the others while it accepts measurements.
+        # One in five during the recovery, the others while it accepts measurements.
         answers = int(random.choice([0, 1, 10, 60, 90]))
         delay_s = float(random.uniform(0.2, 1.5) if answers == 0 else random.exponential(0.01))
         status = replay.run(answers, delay_s)

@@ -261,7 +261,9 @@ class RegionBoard:
 
     def _take_step(self) -> None:
         for one in self._neighbours.values():
-            if self._reached_s - one.heard_s > self.rules.discard_after_s:
+            # After a pause of the own data, the last message may be an old one.
+            sent_s = one.sent_s + self.rules.discard_after_s
+            if self._reached_s - min(one.heard_s, sent_s) > self.rules.discard_after_s:
                 one.rows = one.rows[:0]
         self._decide(np.arange(len(self._own)))
 
@@ -311,8 +313,8 @@ class RegionBoard:
 
     def _decide(self, places: NDArray[np.intp]) -> None:
         own, reached_s = self._own, self._reached_s
-        now_s = self._latest_s()
-        claims = self._claims(now_s)
+        now_s = self._aging_s(reached_s)
+        claims = self._claims()
         claimed = np.isin(own["track_id"][places], list(claims))
         places = places[claimed | ~own["responsible"][places]]
         depth_m = self._depth_m(own[places])
@@ -334,17 +336,20 @@ class RegionBoard:
                 row["aircraft"] = b"" if follows.aircraft == own_name else follows.aircraft
                 self.takeovers += decided.responsible
 
-    # The data of a region may have ceased, and its data time with them: its tracks age by the time
-    # of the others. Their messages are in the journal.
-    def _latest_s(self) -> float:
+    # The data of a region may have ceased, and its data time with them: its tracks then age by the
+    # latest time of all regions, less what regions may differ by (horizons, delays, and the time
+    # from one update to the next). The messages are in the journal.
+    def _aging_s(self, data_time_s: float) -> float:
         alive = (one.sent_s for one in self._neighbours.values() if self._is_alive(one))
-        return max([self._reached_s, *alive])
+        latest_s = max([self._reached_s, *alive])
+        return max(data_time_s, latest_s - self.rules.coast_after_s)
 
-    def _claims(self, now_s: float) -> dict[int, list[Claim]]:
+    def _claims(self) -> dict[int, list[Claim]]:
         found: dict[int, list[Claim]] = {}
         for name, one in self._neighbours.items():
             if not self._is_alive(one):
                 continue
+            now_s = self._aging_s(one.sent_s)
             for row in one.rows[one.rows["responsible"] & (one.rows["own_id"] > 0)]:
                 fresh = now_s - float(row["time_s"]) <= self.rules.coast_after_s
                 fresh = fresh and not row["tentative"]
