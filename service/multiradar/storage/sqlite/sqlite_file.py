@@ -13,6 +13,8 @@ from multiradar.errors import JournalError, JournalFullError
 from multiradar.storage.full_disk import is_full, space_error
 
 SYNCHRONOUS_FULL = 2
+#: What a running service writes may be read by half: damage must be found so often.
+READINGS = 3
 
 #: How long a reader waits for SQLite to finish a recovery or checkpoint, s.
 _BUSY_S = 10.0

@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import NamedTuple, Self
 
 from multiradar.errors import JournalError
-from multiradar.storage.sqlite.sqlite_file import file_errors, sync
+from multiradar.storage.sqlite.sqlite_file import READINGS, file_errors, sync
 
 #: What an operator writes into the file to continue with what the journal holds.
 ACCEPT = "accept"
 
-#: What a running service writes may be read by half: damage must be found so often.
-_READINGS = 3
 _SYNC_S = 1.0
 _BYTES_MAX = 4096
 
@@ -43,7 +41,7 @@ class Tip(NamedTuple):
         JournalError
             If the file cannot be read or is damaged.
         """
-        for _ in range(_READINGS - 1):
+        for _ in range(READINGS - 1):
             with suppress(JournalError):
                 return cls._read(path)
         return cls._read(path)

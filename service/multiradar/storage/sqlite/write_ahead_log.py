@@ -15,14 +15,12 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.storage.sqlite.sqlite_file import file_errors
+from multiradar.storage.sqlite.sqlite_file import READINGS, file_errors
 
 _HEADER_BYTES = 32
 _FRAME_HEADER_BYTES = 24
 #: The first word; its last bit is the byte order of the checksums.
 _MAGIC = 0x377F0682
-#: What a running service writes may be read by half: damage must be found so often.
-_READINGS = 3
 #: Frames that are verified at once.
 _PIECE_FRAMES = 1024
 
@@ -48,7 +46,7 @@ def log_damage(path: Path) -> str | None:
     An incomplete last transaction, as left by a crash, is not damage. A service may be writing it.
     """
     found = None
-    for _ in range(_READINGS):
+    for _ in range(READINGS):
         begin = _first_octets(path)
         found = _damage(path)
         # A log that starts again meanwhile is no longer the one whose header was read.

@@ -57,9 +57,8 @@ class HostClock:
 
         A step of the system time is followed if most of the sensors that are heard in real time
         agree better with the system time after it, by `APART_S` or half the step, or if no sensor
-        is heard. Times
-        are compared within the day first, since radars report only a time of day, and what they
-        send is dated with this time; then with the date.
+        is heard. Times are compared within the day first, since radars report only a time of day,
+        and what they send is dated with this time; then with the date.
         """
         if abs(self.apart_s) > SET_BY_S:
             with self._evaluating:
