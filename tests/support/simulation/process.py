@@ -30,12 +30,13 @@ from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite import tip
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_converters.asterix.decoding.editions import DECIDED_MIN
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation.disk import VirtualDisk
 from support.simulation.front import Exchange, Front, VirtualLoop
 from support.simulation.scheduler import Scheduler, VirtualClock
-from support.simulation.traffic import Occurred
+from support.simulation.traffic import RECORDER, Occurred
 
 JOURNAL = "journal"
 TRACKING = TrackingSettings()
@@ -91,19 +92,30 @@ class Delivered:
         Plots in those that were sent as they arrived, and had room in the queue.
     intact : bool
         Whether all that had room are such.
+    own, damaged : int
+        Those of the sensor, and how many of these did not arrive as they were sent.
+    unlike : bool
+        Whether most of these were damaged at some time, and enough for the decoder to decide that
+        the sensor matches no known edition: it then rejects intact ones as well.
     """
 
     datagrams: int = 0
     octets: int = 0
     plots: int = 0
     intact: bool = True
+    own: int = 0
+    damaged: int = 0
+    unlike: bool = False
 
-    def add(self, octets: int, plots: int | None) -> None:
+    def add(self, octets: int, plots: int | None, *, own: bool = True) -> None:
         """Add one, with its number of plots; None if it did not arrive as it was sent."""
         self.datagrams += 1
         self.octets += octets
         self.plots += plots or 0
         self.intact &= plots is not None
+        self.own += own
+        self.damaged += own and plots is None
+        self.unlike |= self.damaged >= DECIDED_MIN and 2 * self.damaged > self.own
 
 
 class Process:
@@ -264,7 +276,7 @@ class Process:
         self._port.send(octets)
         self.gateway.receive(0)
         fits = counts.number(0, "datagrams_dropped") == dropped
-        self.delivered.add(len(octets), plots if fits else 0)
+        self.delivered.add(len(octets), plots if fits else 0, own=sender == RECORDER)
         return fits
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:

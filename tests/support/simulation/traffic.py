@@ -27,6 +27,8 @@ SITES = {
 }
 ADSB = "adsb"
 DATAGRAMS = "41-30"
+#: Sender of its datagrams.
+RECORDER = "192.0.2.30"
 #: Sensors whose messages come over HTTP, and the form of their bodies.
 MEDIA = {
     "41-10": "application/json",

@@ -424,7 +424,9 @@ class World:
                 before, octets = octets, [new for one in octets for new in fault(one)]
                 if octets != before:
                     effects = [*effects, occurred] if octets else [occurred]
-        fit = [self.throw(one, "192.0.2.30", len(rows) if one == sent else None) for one in octets]
+        fit = [
+            self.throw(one, traffic.RECORDER, len(rows) if one == sent else None) for one in octets
+        ]
         if any(fit) or (not octets and self.machine.serves):
             for occurred in effects:
                 occurred()

@@ -58,10 +58,20 @@ def test_faults_that_were_drawn_but_had_no_effect_are_not_covered() -> None:
 
 
 def process(
-    plots: int = 4, *, damaged: bool = False, disk_full: bool = False, **counted: int
+    plots: int = 4,
+    *,
+    damaged: bool = False,
+    disk_full: bool = False,
+    before: int = 0,
+    **counted: int,
 ) -> Process:
-    """Return a process that got two datagrams, by default all accepted; and what it counts."""
+    """Return a process that got two datagrams, by default all accepted; and what it counts.
+
+    `before` them, it got damaged ones without octets.
+    """
     delivered = Delivered()
+    for _ in range(before):
+        delivered.add(0, None)
     delivered.add(OCTETS, plots)
     delivered.add(OCTETS, None if damaged else 0)
     counts = AsterixCounts((PORT,))
@@ -103,6 +113,8 @@ def entries(rows: int) -> list[tuple[Any, ...]]:
         }
         | {"records_refused": 1},
         {"damaged": True, "records_measurement": 5},
+        # Of a source that matches no edition, intact ones are rejected as well.
+        {"before": 3, "datagrams": 5, "records_measurement": 0, "rows_accepted": 0},
     ],
 )
 def test_datagrams_that_are_counted_pass(fine: dict[str, Any]) -> None:
@@ -118,6 +130,7 @@ def test_datagrams_that_are_counted_pass(fine: dict[str, Any]) -> None:
         ({"records_measurement": 3, "rows_accepted": 3}, "3 records"),
         ({"records_measurement": 5}, "5 records"),
         ({"damaged": True, "records_measurement": 3, "rows_accepted": 3}, "3 records"),
+        ({"before": 2, "datagrams": 4, "records_measurement": 3, "rows_accepted": 3}, "3 records"),
         ({"rows_accepted": 5}, "rows of datagrams"),
         ({"rows_accepted": 3, "rows_lost": 1}, "1 rows lost"),
     ],
