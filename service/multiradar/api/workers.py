@@ -87,12 +87,15 @@ class Workers:
         for key, turns in list(self._waiting.items()):
             if self._running[key] >= self._each_max:
                 continue
-            turn = turns.popleft()
+            # Behind a cancelled turn another one may wait, which nothing else would start.
+            while turns and turns[0].done():
+                turns.popleft()
+            turn = turns.popleft() if turns else None
             if turns:
                 self._waiting.move_to_end(key)
             else:
                 del self._waiting[key]
-            if not turn.done():
+            if turn is not None:
                 turn.set_result(None)
                 return key
         return None

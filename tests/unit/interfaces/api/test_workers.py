@@ -68,6 +68,25 @@ async def test_cancelled_work_gives_its_turn_back(
     assert await workers.run(lambda: 2) == 2
 
 
+@pytest.mark.parametrize("cancelled", [1, 3])
+async def test_work_behind_cancelled_work_is_started_when_a_thread_is_free(
+    gate: threading.Event, cancelled: int
+) -> None:
+    """It waited, with a thread free, until another request came."""
+    workers = Workers(1)
+    blocking = asyncio.create_task(workers.run(gate.wait, WAIT_TIMEOUT_S))
+    given_up = [asyncio.create_task(workers.run(gate.wait, 0)) for _ in range(cancelled)]
+    behind = asyncio.create_task(workers.run(lambda: 3))
+    await asyncio.sleep(0)
+    for one in given_up:
+        one.cancel()
+    await asyncio.sleep(0)
+    gate.set()
+    await blocking
+    async with asyncio.timeout(WAIT_TIMEOUT_S):
+        assert await behind == 3
+
+
 async def test_one_kind_of_query_of_a_client_leaves_a_thread_to_others(
     gate: threading.Event,
 ) -> None:
