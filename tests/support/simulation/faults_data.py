@@ -150,7 +150,7 @@ def _sites(name: str) -> Callable[[World, random.Random, Occurred], None]:
     return arm
 
 
-def _hostile_body(*bodies: bytes, media: str = "application/json") -> Callable[..., None]:
+def _hostile_body(*bodies: bytes, media: str = "") -> Callable[..., None]:
     """A message that no sender in order sends; whatever is answered has a code."""
 
     def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
@@ -158,7 +158,8 @@ def _hostile_body(*bodies: bytes, media: str = "application/json") -> Callable[.
             due_s = drawn.uniform(1.0, 14.0)
             octets = drawn.choice(bodies)
             key = f"hostile {octets[:8].hex()} {number}"
-            world.send(Message("any", key, media, octets, [], due_s, "any"), occurred)
+            form = media or drawn.choice(["application/json", "application/x-ndjson"])
+            world.send(Message("any", key, form, octets, [], due_s, "any"), occurred)
 
     return arm
 
@@ -180,6 +181,7 @@ def _some_row() -> Row:
 
 
 _DEEP = b"[" * 50_000
+_NESTED = b"[" * 1500 + b"]" * 1500
 _WIDE = json.dumps([{f"k{n}": n for n in range(3000)}]).encode()
 _GIANT = b'[{"time_s": 1' + b"0" * 5000 + b"}]"
 _TWICE = b'[{"time_s": 1, "time_s": 2}]'
@@ -212,6 +214,6 @@ FAULTS = (
     (17, "storm of new identities", _storm),
     (18, "one identity of all aircraft", _same_identity),
     (19, "ADS-B ghosts", _ghosts),
-    (37, "deep and wide JSON", _hostile_body(_DEEP, _WIDE, _GIANT, _TWICE, _LONE)),
+    (37, "deep and wide JSON", _hostile_body(_DEEP, _NESTED, _WIDE, _GIANT, _TWICE, _LONE)),
     (40, "names that are paths and formulas", _hostile_body(_TRAVERSAL)),
 )

@@ -162,7 +162,7 @@ def _renamed(raw: str, sensor_id: str) -> str | None:
     """Return the JSON of a row with a sensor added, or None when it has one or is no object."""
     try:
         row = json.loads(raw)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     if not isinstance(row, dict):
         return None

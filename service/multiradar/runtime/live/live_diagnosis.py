@@ -110,13 +110,17 @@ class LiveDiagnosis:
             self._thread.join()
 
     def record(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
-        """Record measurements as received, and their rejected rows."""
+        """Record measurements as received, and their rejected rows; errors are logged."""
         if self._thread is None:
             return
-        with self._lock:
-            self._evidence.record_rows(frame)
-            for row in rejects:
-                self._evidence.reject(_sensor_of(row), row.code)
+        try:
+            with self._lock:
+                self._evidence.record_rows(frame)
+                for row in rejects:
+                    self._evidence.reject(_sensor_of(row), row.code)
+        except Exception as error:
+            # They are in the journal, and acknowledged next.
+            _log.error("measurements are not diagnosed: internal error", exc_info=error)
 
     def put(self, output: EngineOutput) -> None:
         """Record output of the engine."""
@@ -288,7 +292,7 @@ def _sensor_of(row: RejectedRow) -> str:
         return ""
     try:
         raw: Any = json.loads(row.raw)
-    except ValueError:
+    except (ValueError, RecursionError):
         return ""
     name = raw.get("sensor_id") if isinstance(raw, dict) else None
     return name if isinstance(name, str) else ""

@@ -87,6 +87,14 @@ def test_a_row_without_a_sensor_is_still_held_to_all_other_rules() -> None:
     assert decoded.frame["index"].to_list() == [0]
 
 
+def test_a_nested_row_loses_no_other() -> None:
+    nested = b"[" * 1500 + b"]" * 1500
+    payload = lines(plot(sensor_id=...)) + b"\n" + nested + b"\n" + lines(plot(sensor_id=...))
+    decoded = read_payload(KEY, "application/x-ndjson", payload, BOUNDS)
+    assert decoded.frame["index"].to_list() == [0, 2]
+    assert [(row.index, row.code) for row in decoded.rejected] == [(1, "MALFORMED_JSON")]
+
+
 def test_a_row_of_another_sensor_is_rejected_and_its_neighbours_are_not() -> None:
     payload = array(plot(), plot(sensor_id="26-10"), plot())
     decoded = read_payload(KEY, "application/json", payload, BOUNDS)
