@@ -137,6 +137,7 @@ class Service:
         self._processor: Processor | None = None
         self._running: list[Thread] = []
         self.publication = Publication(sensors, tracking, self._limits, self._clock, threads)
+        self.publication.follow()  # readers come before the journal is open, with its numbers
         self.view = self.publication.view
         self._watch = Supervision(
             sensors, tracking.reorder_horizon_s, self._clock,
@@ -381,7 +382,6 @@ class Service:
         return submission.future
 
     def _replay(self, following: bool) -> None:
-        self.publication.follow()
         self._journal = self._journal or self._open_journal()
         self._followed = self._accounting.resume(self._journal.counts()).entries
         self._watch.snapshots = open_snapshots(

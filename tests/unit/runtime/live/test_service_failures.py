@@ -218,7 +218,7 @@ def test_a_cancelled_wait_does_not_stop_the_engine(start: Starter) -> None:
 def test_a_cancelled_wait_does_not_block_the_stop(start: Starter) -> None:
     service, gate = start(), threading.Event()
 
-    def crash(output: EngineOutput, data_time_s: float | None) -> None:
+    def crash(*_output: object) -> None:
         gate.wait(WAIT_TIMEOUT_S)
         raise OSError("no room for the output")
 
@@ -309,6 +309,28 @@ def test_a_stopped_service_accepts_nothing() -> None:
     with pytest.raises(PipelineError):
         service.submit(recording(1), source="test")
     assert service.view.status()["state"] == "stopped"
+
+
+@pytest.mark.fault(21)
+def test_readers_that_connect_before_the_start_miss_and_repeat_nothing(start: Starter) -> None:
+    """Requests are served before the journal is open: they got a gap, then all events once more."""
+    journal = MemoryJournal()
+    first = start(journal)
+    submit(first, recording(40))
+    head = int(settled(first)["event_sequence"])  # type: ignore[call-overload]
+    first.stop()
+    second = Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    known, foreign = (second.view.subscribe(after, 10_000) for after in (head, head + 7))
+    second.start()
+    assert second.view.status()["event_sequence"] == head > 0
+    assert known.poll(10) == []
+    assert [one.kind for one in foreign.poll(10)] == ["gap"]
+    second.stop()
 
 
 def test_a_start_without_a_snapshot_opens_one_engine() -> None:
