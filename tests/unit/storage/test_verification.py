@@ -12,7 +12,10 @@ import pytest
 
 from multiradar.errors import ConfigurationError, InputError, JournalError
 from multiradar.state import EncodedState
+from multiradar.storage.archive import archive_journal
+from multiradar.storage.backup import journal_configuration, write_backup
 from multiradar.storage.snapshots import Position, Snapshot, SnapshotFolder
+from multiradar.storage.sqlite.shortening import extent_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import NAMED_MAX, verify_journal
 from support.inputs.journal_entries import entry
@@ -193,6 +196,41 @@ def test_damage_of_the_log_is_named_with_its_frame(tmp_path: Path) -> None:
     _flip(killed / log.name, 32 + 24 + 100)
     damage = verify_journal(killed / path.name).damage
     assert f"{killed / log.name}: frame 1 (byte 32)" in damage[0]
+
+
+@pytest.mark.fault(23)
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda path: verify_journal(path).damage[0],
+        lambda path: archive_journal(path, path.parent / "archive"),
+        lambda path: write_backup(path, path.parent, {}, time_s=0.0, version="1"),
+        journal_configuration,
+        extent_of,
+    ],
+)
+def test_an_empty_journal_keeps_its_log(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    """SQLite removed the log, with all acknowledged entries."""
+    journal = _written(tmp_path / "journal.sqlite")
+    killed = tmp_path / "killed" / "journal.sqlite"
+    killed.parent.mkdir()
+    killed.touch()
+    for end in ("-wal", "-tip"):
+        content = (tmp_path / f"journal.sqlite{end}").read_bytes()
+        killed.with_name(f"{killed.name}{end}").write_bytes(content)
+    journal.close()
+    before = _content(killed)
+    try:
+        said = str(read(killed))
+    except JournalError as error:
+        said = str(error)
+    assert f"{killed}: empty, although it has the log journal.sqlite-wal" in said
+    assert before.items() <= _content(killed).items()
+
+
+def test_a_mark_of_another_type_is_damage(path: Path) -> None:
+    _tamper(path, "UPDATE skipped SET reason = x'80'")
+    assert "entry 7 of the journal is damaged" in "".join(verify_journal(path).damage)
 
 
 @pytest.mark.parametrize("content", [b"", b"hello"])

@@ -37,7 +37,18 @@ def open_database(path: Path, mode: str) -> sqlite3.Connection:
     mode : str
         `ro` (read), `rw`, `rwc` (create when absent), or `ro&immutable=1` for a file that no other
         process changes: its folder is not written to either.
+
+    Raises
+    ------
+    JournalError
+        It is to be read and is empty, but has a write-ahead log, which SQLite would remove.
     """
+    log = path.with_name(f"{path.name}-wal")
+    if mode.startswith("ro") and path.exists() and not file_size(path) and file_size(log):
+        raise JournalError(
+            f"{path}: empty, although it has the log {log.name}; restore all files {path.name}* "
+            "from the same copy"
+        )
     return sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
         uri=True,
