@@ -161,7 +161,7 @@ class Admission:
         self._heard = np.zeros((self.sensors, kernels.HEARD_MAX + 1, 2))
         given = np.full(self.sensors, np.nan) if self.tolerances_s is None else self.tolerances_s
         self._tolerance = np.where(np.isnan(given), self.tolerance_s, given)
-        self._pace = np.zeros((self.sensors, 2)) if self.paces is None else self.paces
+        self._pace = np.tile([0.0, np.inf], (self.sensors, 1)) if self.paces is None else self.paces
         self._due = np.full(self.sensors, -np.inf)
 
     def use(self, sensors: SensorTable) -> None:

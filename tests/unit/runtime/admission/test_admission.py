@@ -29,6 +29,14 @@ def test_a_horizon_of_zero_accepts_ordered_rows_only() -> None:
     assert _codes(Admission(0.0, 1), [5.0, 5.0, 4.999, 6.0]) == [ACCEPTED, ACCEPTED, LATE, ACCEPTED]
 
 
+def test_without_paces_no_row_is_excess() -> None:
+    """A row behind one that the data clock did not follow was, and its reason divided by zero."""
+    admission = Admission(6.0, 3)
+    _codes(admission, [float(place) for place in range(9)], [0, 1, 2] * 3)
+    assert _codes(admission, [12.0, 12.1, 10.9, 10.8]) == [ACCEPTED] * 4
+    assert admission.storms() == []
+
+
 def test_one_absurd_time_does_not_carry_the_data_clock_away() -> None:
     admission = Admission(6.0, 1)
     assert _codes(admission, [100.0, 1e10, 101.0, 700.0]) == [ACCEPTED, FUTURE, ACCEPTED, ACCEPTED]
