@@ -3,7 +3,8 @@
 A connection without a request is dropped after the header deadline, with TLS also one without a
 complete handshake. At the maximum number of connections, of all or of one address, a new one
 replaces the one that has been idle, or sending its request, longest; if all are busy, the new one
-is closed. A connection whose client does not read is aborted after a timeout.
+is closed. A connection whose client does not read is aborted after a timeout, and one with too many
+chunks or frames at once.
 """
 
 import asyncio
@@ -25,11 +26,20 @@ from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 from websockets.exceptions import InvalidState
+from websockets.frames import CloseCode
 from websockets.http11 import Request
 from websockets.protocol import State
 
 from multiradar.access.authentication import CERTIFICATE, ClientCertificate
 from multiradar.api.connections.frames import FRAME
+from multiradar.api.connections.pace import (
+    EVENTS_OF_A_PASS,
+    OCTETS_PER_CHUNK,
+    WEBSOCKET_OCTETS_OF_A_PASS,
+    FrameAllowance,
+    PacedConnection,
+    PacedFlow,
+)
 from multiradar.api.connections.registry import Registry
 from multiradar.errors import ConfigurationError
 from multiradar.settings.limits import HttpLimits
@@ -235,6 +245,8 @@ class _Handshake(asyncio.Protocol):
 
 class _Http(H11Protocol):
     registry: Registry
+    conn: PacedConnection
+    flow: PacedFlow
 
     def __init__(
         self,
@@ -244,12 +256,14 @@ class _Http(H11Protocol):
         _loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
         super().__init__(config, server_state, app_state, _loop)
+        self.conn = PacedConnection(self.registry.limits.header_bytes_max)
         self._header_timer: asyncio.TimerHandle | None = None
 
     def connection_made(  # type: ignore[override]  # the transport is narrower, as in uvicorn
         self, transport: asyncio.Transport
     ) -> None:
         super().connection_made(transport)
+        self.flow = PacedFlow(transport)
         _send_at_once(transport)
         certificate = _certificate(transport)
         if certificate is not None:
@@ -268,10 +282,42 @@ class _Http(H11Protocol):
         if self._waits_for_request() and self._header_timer is None:
             self._expect_headers()
         super().data_received(data)
+
+    # One pass: of what has been received, others come in the next ones.
+    def handle_events(self) -> None:
+        if self.flow.held:
+            self.transport.pause_reading()
+            return
+        self.conn.left = EVENTS_OF_A_PASS
+        super().handle_events()
         if not self._waits_for_request():
             self._headers_received()
             if self.conn.their_state is not h11.SEND_BODY:
                 self.registry.busy(self.transport)
+        if self.conn.too_many_chunks:
+            self._end_body()
+        elif self.conn.left == 0 and self.transport.get_protocol() is self:
+            self.flow.hold()
+            self.loop.call_soon(self._next_pass)
+
+    def _next_pass(self) -> None:
+        self.flow.release()
+        if not self.transport.is_closing():
+            self.handle_events()
+
+    def _end_body(self) -> None:
+        self.cycle.disconnected = True
+        self.send_400_response(
+            f"The body has too many chunks of less than {OCTETS_PER_CHUNK} octets."
+        )
+        self.registry.drop(self.transport, "too_many_chunks")
+
+    def send_400_response(self, msg: str) -> None:
+        # After the beginning of an answer, h11 accepts no other.
+        if self.conn.our_state in {h11.IDLE, h11.SEND_RESPONSE}:
+            super().send_400_response(msg)
+        else:
+            self.transport.close()
 
     def handle_websocket_upgrade(self, event: Any) -> None:
         self._headers_received()
@@ -304,6 +350,18 @@ class _Http(H11Protocol):
 class _WebSocket(WebSocketsSansIOProtocol):
     registry: Registry
 
+    def __init__(
+        self,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        super().__init__(config, server_state, app_state, _loop)
+        # Received, but left to the next passes.
+        self._rest = bytearray()
+        self._frames = FrameAllowance()
+
     def connection_lost(self, exc: Exception | None) -> None:
         self.registry.lost(self.transport)
         super().connection_lost(exc)
@@ -316,12 +374,52 @@ class _WebSocket(WebSocketsSansIOProtocol):
             self.transport.close()
 
     def data_received(self, data: bytes) -> None:
+        if self.handshake_initiated:
+            waiting = bool(self._rest)
+            self._rest += data
+            if waiting:
+                self.transport.pause_reading()
+            else:
+                self._pass()
+            return
         super().data_received(data)
         # What h11 takes for an upgrade may be none for this library, which uvicorn does not notice:
         # no task has been started, and nothing else would end the connection.
         if not self.handshake_initiated and not self.transport.is_closing():
             self.transport.write(b"".join(self.conn.data_to_send()) or _NOT_A_WEBSOCKET)
             self.transport.close()
+
+    def _pass(self) -> None:
+        if self.transport.is_closing():
+            self._rest.clear()
+            return
+        piece = bytes(self._rest[:WEBSOCKET_OCTETS_OF_A_PASS])
+        del self._rest[: len(piece)]
+        super().data_received(piece)
+        if self._rest:
+            self.transport.pause_reading()
+            self.loop.call_soon(self._pass)
+        elif not self.read_paused:
+            self.transport.resume_reading()
+
+    def handle_events(self) -> None:
+        # Before the frames comes the request.
+        frames = len(self.conn.events) if self.handshake_initiated else 0
+        if self._frames.take(frames, self.loop.time()):
+            super().handle_events()
+            return
+        with contextlib.suppress(InvalidState):
+            self.conn.send_close(CloseCode.POLICY_VIOLATION, "too many frames")
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = True
+        self.registry.drop(self.transport, "too_many_frames")
+
+    async def receive(self) -> Any:
+        message = await super().receive()
+        if self._rest:
+            # uvicorn reads again.
+            self.transport.pause_reading()
+        return message
 
     def handle_connect(self, event: Request) -> None:
         super().handle_connect(event)
