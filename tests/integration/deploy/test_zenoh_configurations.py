@@ -121,7 +121,10 @@ def test_clients_on_one_machine_cannot_speak_for_the_service(tmp_path: Path) -> 
     assert [one for one in received if one in (b"forged", b"")] == []
 
 
-def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path: Path) -> None:
+@pytest.mark.parametrize("access", [AccessSettings(clients=listed()), AccessSettings()])
+def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(
+    tmp_path: Path, access: AccessSettings
+) -> None:
     clients, own = free_endpoint(), free_endpoint().replace("tcp/", "ws/")
     text = (FOLDER / "router.json5").read_text(encoding="utf-8")
     for found, put in {"tcp/0.0.0.0:7447": clients, "ws/0.0.0.0:7449": own}.items():
@@ -135,10 +138,8 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
     assert "ws/router:7449" in text
     of_service = tmp_path / "service.json5"
     of_service.write_text(text.replace("ws/router:7449", own), encoding="utf-8")
-    # As in compose.yaml: it has clients with keys, and no certificates.
-    options = ZenohOptions(
-        config_file=of_service, access=AccessSettings(clients=listed()), status_period_s=0.2
-    )
+    # As in compose.yaml: it has clients with keys, or none, and no certificates.
+    options = ZenohOptions(config_file=of_service, access=access, status_period_s=0.2)
     service = ZenohGateway(sink, options)
     with zenoh.open(zenoh.Config.from_file(str(file))):
         service.start()
@@ -164,7 +165,9 @@ def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path:
                 )
                 assert receipt["accepted"] > 0
                 # Operations need a key, over HTTP.
-                for operation in ("flush", "clock?time_s=1", "**?force=true"):
+                for operation in (
+                    "flush", "clock?time_s=1", "**?force=true", "measurements/*?flush",
+                ):  # fmt: skip
                     asked = answers(victim, f"multiradar/v1/{operation}")
                     assert not [one for one in asked if one.ok]
                 assert (sink.flushes, sink.clocks) == ([], [])

@@ -11,10 +11,11 @@ from structlog.testing import capture_logs
 from multiradar.ingest.zenoh.access_control import access_control
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.ingest.zenoh.session import ZenohBus, all_may_operate
 from multiradar.settings.access import AccessSettings
 from support.access import clients
 from support.fakes.fake_service import FakeService
+from support.paths import ROOT as ROOT_FOLDER
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.processes.zenoh_subscriber import client_config
 from support.scenarios.live_scene import recording
@@ -110,6 +111,47 @@ def test_the_end_of_a_stream_is_not_on_the_key_of_a_sensor(scene: Scene) -> None
             (answer,) = asked(session, f"{ROOT}/{key}")
             assert answer.ok is not None
     assert scene.service.flushes == ["zenoh", "zenoh"]
+
+
+def test_other_hosts_cannot_operate_without_credentials() -> None:
+    endpoint = free_endpoint()
+    service = FakeService(view=StreamingView())
+    given = ZenohOptions(
+        listen=(endpoint.replace("127.0.0.1", "0.0.0.0"),), access=AccessSettings(insecure=True)
+    )
+    gateway = ZenohGateway(service, given)
+    gateway.start()
+    try:
+        with zenoh.open(client_config(endpoint)) as session:
+            for operation in ("flush?force=true", "clock?time_s=1", "measurements/*?flush"):
+                replies = asked(session, f"{ROOT}/{operation}")
+                assert [one for one in replies if one.ok is not None] == []
+            sent = asked(
+                session, f"{ROOT}/measurements/41-10", payload=plots(), encoding="application/json"
+            )
+            assert [one.ok is not None for one in sent] == [True]
+    finally:
+        gateway.stop()
+    assert (service.flushes, service.clocks) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, True),
+        ({"connect": ("tcp/localhost:7447?rel=1",)}, True),
+        ({"connect": ("ws/router:7449",)}, False),
+        ({"listen": ("tcp/[::1]:0", "tcp/[::]:0")}, False),
+        ({"multicast": True}, False),
+        ({"config_file": ROOT_FOLDER / "deploy/zenoh/loopback.json5"}, True),
+        ({"config_file": ROOT_FOLDER / "deploy/zenoh/service.json5"}, False),
+        ({"access": AccessSettings(clients=clients())}, False),
+    ],
+)
+def test_all_may_operate_only_where_no_other_host_connects(
+    given: dict[str, Any], expected: bool
+) -> None:
+    assert all_may_operate(ZenohOptions(**given)) == expected
 
 
 def keys(rules: dict[str, Any], client: str, message: str, flow: str = "ingress") -> set[str]:

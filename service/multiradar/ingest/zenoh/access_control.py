@@ -38,13 +38,15 @@ _SENT = (
 )  # fmt: skip
 
 
-def access_control(access: AccessSettings) -> dict[str, Any]:
+def access_control(access: AccessSettings, *, is_local: bool = True) -> dict[str, Any]:
     """Return the section `access_control` of the configuration of the session.
 
     Parameters
     ----------
     access : AccessSettings
         The clients. Without credentials in the settings all may read and send measurements.
+    is_local : bool
+        Whether only sessions of this machine connect: without credentials they may operate, too.
     """
     if access.has_credentials:
         subjects = [{"id": one.name, "cert_common_names": [one.name]} for one in access.clients]
@@ -52,7 +54,7 @@ def access_control(access: AccessSettings) -> dict[str, Any]:
     else:
         # A subject without attributes is everybody.
         subjects = [{"id": "all"}]
-        granted = [("all", _EVERYTHING)]
+        granted = [("all", _EVERYTHING if is_local else _MEASURING)]
     rules = [
         _rule("subscribe", "ingress", _SUBSCRIBED, _ALL),
         _rule("read", "ingress", ("query",), _OUTPUT),
@@ -107,7 +109,8 @@ def handover_control(region: str, neighbours: Sequence[str], *, certified: bool)
 
 
 _READER = ("subscribe", "read", "written")
-_EVERYTHING = (*_READER, "measure", "operate")
+_MEASURING = (*_READER, "measure")
+_EVERYTHING = (*_MEASURING, "operate")
 
 
 def _rules_of(client: ClientSettings) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.payload import PayloadBounds
 from multiradar.ingest.zenoh.publisher import Publisher
 from multiradar.ingest.zenoh.queries import Answers
-from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.ingest.zenoh.session import ZenohBus, all_may_operate
 from multiradar.runtime.live.readiness import ZENOH_LOST, Reason
 from multiradar.runtime.ports import OperatedSink, View
 
@@ -163,6 +163,7 @@ class ZenohGateway:
             bounds,
             self._later,
             named=access.has_credentials,
+            ends_streams=all_may_operate(options),
             bound={sensor for client in access.clients for sensor in client.sensors},
             events=self._events,
         )

@@ -125,8 +125,9 @@ class MeasurementInlet:
         Runs a function in another thread. The answers of queries are sent there, so that a querier
         that does not read cannot block the journal.
     named : bool
-        Whether clients have names: an end of a stream then has a key of its own, and idempotency
-        keys are those of the feeds of a sensor.
+        Whether clients have names: idempotency keys are then those of the feeds of a sensor.
+    ends_streams : bool
+        Whether all may operate: a stream can then also be ended on the key of all sensors.
     bound : collection of str
         Sensors that clients are bound to. What is sent under their keys has a source of its own,
         so that the quarantine of one client is not that of another. Others share one: their
@@ -144,11 +145,13 @@ class MeasurementInlet:
         *,
         events: RepeatedEvents,
         named: bool = False,
+        ends_streams: bool = False,
         bound: Collection[str] = (),
     ) -> None:
         self._intake = intake
         self._events = events
         self._named = named
+        self._ends_streams = ends_streams
         self._counts = counts
         self._bounds = bounds
         self._later = later
@@ -245,7 +248,7 @@ class MeasurementInlet:
         _require_known(request, _PARAMETERS)
         if "flush" in request.parameters and not request.payload:
             # The key of a sensor is that of its feeds, which do not have the role operate.
-            if self._named or last_part(request.key) != "*":
+            if not self._ends_streams or last_part(request.key) != "*":
                 raise PayloadError(
                     "ROLE_NOT_ALLOWED", f"a stream cannot be ended on this key; use {FLUSH}"
                 )

@@ -140,10 +140,10 @@ def _tls(access: AccessSettings) -> dict[str, Any]:
 # Of a session that serves: the same rules would deny answers to a session that asks. A file without
 # access control of its own gets it, too.
 def _guard(config: zenoh.Config, options: ZenohOptions) -> None:
-    if not json.loads(config.get_json("access_control"))["enabled"]:
+    if not _is_controlled(config):
         access, region = options.access, options.region
         rules = (
-            access_control(access)
+            access_control(access, is_local=_is_of_this_machine(config))
             if region is None
             else handover_control(region, options.neighbours, certified=_is_certified(config))
         )
@@ -152,6 +152,30 @@ def _guard(config: zenoh.Config, options: ZenohOptions) -> None:
             for one in _endpoints(config, "connect"):
                 if not one.startswith(_CERTIFIED):
                     SECURITY_LOG.warning("peer_denied", endpoint=locator(one), reason=_DENIED)
+
+
+def _is_controlled(config: zenoh.Config) -> bool:
+    return bool(json.loads(config.get_json("access_control"))["enabled"])
+
+
+# Sessions that are discovered may be of other hosts.
+def _is_of_this_machine(config: zenoh.Config) -> bool:
+    discovers = (config.get_json(f"scouting/{one}/enabled") for one in ("multicast", "gossip"))
+    endpoints = (*_endpoints(config, "listen"), *_endpoints(config, "connect"))
+    return set(discovers) == {"false"} and all(map(is_local, endpoints))
+
+
+def all_may_operate(options: ZenohOptions) -> bool:
+    """Return whether all sessions may operate: of this machine only, and no rule decides.
+
+    Parameters
+    ----------
+    options : ZenohOptions
+        Configuration of the session.
+    """
+    config = zenoh_config(options)
+    is_open = not (options.access.has_credentials or _is_controlled(config))
+    return is_open and _is_of_this_machine(config)
 
 
 def _is_certified(config: zenoh.Config) -> bool:
