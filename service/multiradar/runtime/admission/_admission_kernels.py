@@ -124,11 +124,14 @@ def _ahead(
         only = run[SEEN_FURTHER] == 0 and run[SEEN_SENSOR] == s
         only = only or (run[SEEN_SENSOR] < 0 and len(standing) == 1)
         far = time > clock[CLOCK] + bounds[JUMP]
-        if far or standing[s, CONTRADICTED] >= CONTRADICTED_MAX:
+        far = far or standing[s, CONTRADICTED] >= CONTRADICTED_MAX
+        if far:
             if not _agrees(time, s, bounds, clock, run):
                 return FUTURE
             run[RUN_COUNT] = 0
-        elif not only and not _is_confirmed(time, s, bounds, clock, run):
+        # Live, a sensor is heard for some time first, in which the others are as well, and vote.
+        heard_enough = received_s != received_s or standing[s, SAMPLES] >= HEARD_MIN
+        if not (far or only) and not _is_confirmed(time, s, heard_enough, bounds, clock, run):
             return ACCEPTED
     # A sensor that was alone remains so until a row of another.
     alone = run[RUN_COUNT] if vote == 0 and run[RUN_NEAR] == 1 and run[RUN_SENSOR] == s else 0
@@ -161,7 +164,9 @@ def _agrees(time: float, s: int, bounds: Floats, clock: Floats, run: Integers) -
 
 
 @kernel
-def _is_confirmed(time: float, s: int, bounds: Floats, clock: Floats, run: Integers) -> bool:
+def _is_confirmed(
+    time: float, s: int, heard_enough: bool, bounds: Floats, clock: Floats, run: Integers
+) -> bool:
     """Return whether the data clock follows a row within the jump; else the row waits."""
     fresh = run[RUN_COUNT] == 0 or run[RUN_NEAR] == 0
     if fresh or abs(time - clock[RUN_LAST]) > bounds[JUMP]:
@@ -174,7 +179,7 @@ def _is_confirmed(time: float, s: int, bounds: Floats, clock: Floats, run: Integ
     if s == run[RUN_SENSOR]:
         run[RUN_COUNT] += 1
         clock[RUN_LAST] = max(clock[RUN_LAST], time)
-        return bool(time - clock[RUN_FIRST] >= bounds[ALONE_NEAR])
+        return bool(heard_enough and time - clock[RUN_FIRST] >= bounds[ALONE_NEAR])
     if time <= clock[RUN_LAST]:
         if clock[RUN_LAST] - time <= bounds[TOLERANCE]:
             _see(run[RUN_SENSOR], run)

@@ -202,6 +202,28 @@ def test_a_forged_row_within_a_minute_is_rejected_at_once() -> None:
     assert set(_lost(admission, later, NOW_S, live=True).values()) == {0}
 
 
+@pytest.mark.fault(8)
+@pytest.mark.parametrize("wait_s", [0.0, 1.0, 2.0, 3.0])
+def test_two_forged_rows_after_a_restart_cost_the_others_nothing(wait_s: float) -> None:
+    """Of one sensor, they confirmed each other before the others had been heard again."""
+    before, restart_s = Admission(6.0, 3), 40.0
+    stream = _stream(0.0)
+    admission = before
+    lost, forged = {sensor: 0 for sensor in (*RIGHT, WRONG)}, False
+    for received_s, time_s, sensor in stream:
+        if received_s >= restart_s and admission is before:
+            admission = Admission(6.0, 3)
+            admission.restore(before.state())
+        if received_s >= restart_s + wait_s and not forged:
+            forged = True
+            ahead = [NOW_S + received_s + lead_s for lead_s in (4.3, 58.0)]
+            admission.admit(timed_batch(ahead, WRONG), NOW_S + received_s)
+        codes = admission.admit(timed_batch([NOW_S + time_s], sensor), NOW_S + received_s)
+        lost[sensor] += int(codes[0] != ACCEPTED)
+    assert forged
+    assert [lost[sensor] for sensor in RIGHT] == [0, 0]
+
+
 def test_a_forged_row_of_the_only_radar_is_rejected() -> None:
     admission = Admission(6.0, 1)
     for at in range(20):
