@@ -97,17 +97,22 @@ class StreamHub:
     async def batches(
         self, transport: str, after: int | None, kinds: frozenset[str], encode: Encoder
     ) -> AsyncGenerator[Batch, None]:
-        """Yield batches for one client until the service is drained; an empty one: a heartbeat."""
+        """Yield batches for one client until the service is drained; an empty one: a heartbeat.
+
+        None of them while the journal is replayed: there is no number yet to resume after.
+        """
         # Not on another thread: a client that disconnects meanwhile would leak its subscription.
         subscription = self._view.subscribe(after, _WHOLE_RING)
         bell = _Wakeup()
         subscription.set_wakeup(bell.set)
-        last = subscription.after
+        last, waiting = subscription.after, subscription.waiting
         # Tick in which a batch was sent that was not full.
         sent_tick = -1
         try:
             while True:
                 bell.clear()
+                if waiting and not subscription.waiting:
+                    last, waiting = subscription.after, False
                 # Before the poll, so that events before the end are sent.
                 ended = subscription.ended
                 batch = await self._next(subscription, kinds, encode)
@@ -115,9 +120,9 @@ class StreamHub:
                     return
                 if batch is None:
                     rung = await bell.wait(self._limits.stream_heartbeat_s)
-                    if not rung:
+                    if not rung and not waiting:
                         yield Batch(last, 0, b"")
-                    else:
+                    elif rung:
                         await self._after_tick(sent_tick)
                     continue
                 if batch.last - last < self._limits.stream_batch_events_max:

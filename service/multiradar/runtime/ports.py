@@ -76,6 +76,11 @@ class EventSource(Protocol):
         ...
 
     @property
+    def waiting(self) -> bool:
+        """Whether there is no position yet: the journal is replayed, and new events are wanted."""
+        ...
+
+    @property
     def edition(self) -> int:
         """Number of the content of the stream: in another one, a number may have another event."""
         ...

@@ -120,6 +120,32 @@ def test_after_0_starts_with_the_oldest_retained_event(port: int, view: FakeView
         assert _numbers(_events(stream), 5) == [1, 2, 3, 4, 5]
 
 
+@pytest.mark.parametrize("path", ["stream", "events"])
+def test_a_stream_without_a_number_to_resume_after_sends_no_heartbeat(path: str) -> None:
+    """While the journal is replayed, `last` or `id` would be 0: the client would get it all."""
+    view = FakeView(ring=EventRing(3_000))
+    view.ring.follow()
+    with serving(create_api(FakeService(view), LIMITS), LIMITS) as port:
+        if path == "stream":
+            with _socket(port) as stream:
+                with pytest.raises(TimeoutError):
+                    stream.recv(timeout=5 * LIMITS.stream_heartbeat_s)
+                view.add_events(5)
+                view.ring.lead()
+                assert json.loads(stream.recv(timeout=WAIT_TIMEOUT_S)) == {
+                    "type": "heartbeat",
+                    "last": 5,
+                }
+        else:
+            url = f"http://127.0.0.1:{port}/v1/events"
+            with httpx.stream("GET", url, timeout=WAIT_TIMEOUT_S) as response:
+                view.add_events(5)
+                wait_until(lambda: view.ring.subscriber_count == 1, "the subscriber")
+                view.ring.lead()
+                blocks = (block for block in _read_lines(response) if "id" in block)
+                assert next(blocks)["id"] == "5"
+
+
 def test_without_after_only_new_events_come(port: int, view: FakeView) -> None:
     view.add_events(5)
     with _socket(port) as stream:

@@ -224,6 +224,8 @@ class Publication:
 
     def followed(self, *, is_first: bool = False) -> None:
         """Note that entries of another service were processed, the first time in a replay."""
+        if is_first:
+            self._events.ring.settle()
         if self._silence is None:
             return
         self._silence.use(self._known.sensors)

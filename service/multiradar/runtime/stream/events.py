@@ -197,8 +197,8 @@ class EventRing:
         self.edition = 0
         #: Whether readers may have events that come here later; see `lead`.
         self.following = False
-        # Number of the newest event so far while it is following.
-        self._newest = 0
+        self._is_settled = False  # whether readers without a number can begin
+        self._newest = 0  # number of the newest event so far while it is following
         #: Number of the last event at the first `lead`: another service may have sent those.
         self.sent_before = 0
         self._has_led = False
@@ -257,6 +257,7 @@ class EventRing:
         with self._lock:
             newest = max(self._head, self._newest)
             subscription = Subscription(self, newest if after is None else after, depth)
+            subscription.waiting = after is None and self.following and not self._is_settled
             if not self.following:
                 subscription.require(self._head)
             self._subscriptions.add(subscription)
@@ -268,8 +269,19 @@ class EventRing:
             self.following = True
             self._newest = max(self._newest, self._head)
 
+    def settle(self) -> None:
+        """Let readers without a number begin: the events from before the start are here."""
+        with self._lock:
+            self._is_settled = True
+            placed = [one for one in self._subscriptions if one.waiting]
+            for subscription in placed:
+                subscription.require(self._head)
+        for subscription in placed:
+            subscription.wake()
+
     def lead(self) -> None:
         """Continue: all events that readers of this journal may have are here."""
+        self.settle()
         with self._lock:
             self.following, self._newest = False, 0
             if not self._has_led:
@@ -344,6 +356,8 @@ class Subscription:
         self._wakeup: Callable[[], None] | None = None
         self._closed = False
         self._notices: list[Event] = []
+        #: Whether it has no position yet: it begins with new events, after the replay of a start.
+        self.waiting = False
         #: Events lost because the reader was too slow or subscribed too late.
         self.lost = 0
 
@@ -376,7 +390,7 @@ class Subscription:
 
     def poll_table(self, max_events: int) -> EventTable:
         """Return the next events in columns: as `poll`."""
-        if self._closed:
+        if self._closed or self.waiting:
             return EventTable.of([])
         first, chunks = self._ring.after(self._after, self._depth, max_events)
         notices, self._notices = self._notices, []
@@ -400,7 +414,7 @@ class Subscription:
 
     def is_idle(self) -> bool:
         """Whether there is nothing to read; if so, the next event wakes the reader, as `poll`."""
-        if self._closed:
+        if self._closed or self.waiting:
             return True
         return not self._notices and self._ring.sleep(self, self._after)
 
@@ -423,8 +437,10 @@ class Subscription:
         return True
 
     def require(self, head: int) -> None:
-        """Start over at the last event, with a notice, if the position is after it."""
-        if self._after > head:
+        """Start over at the last event, with a notice, if after it; begin there if it waits."""
+        if self.waiting:
+            self._after, self.waiting = head, False
+        elif self._after > head:
             # The number is from another journal: the reader lacks all events of this one.
             self._notices.append(gap_notice(1, head))
             self._after = head

@@ -393,6 +393,29 @@ def test_updates_do_not_wait_for_the_end_of_an_epoch(
     assert service.view.subscribe(10, 100).poll(100)[0].kind == "bias"
 
 
+def test_a_subscriber_before_the_replay_gets_what_comes_after_it(start: Starter) -> None:
+    """HTTP answers while kernels are loaded, and each client reconnects after a restart."""
+    journal = MemoryJournal()
+    first = start(journal)
+    submit(first, recording(20))
+    first.stop()
+    service = Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    resumed, new = (service.view.subscribe(after, 100) for after in (15, None))
+    assert (resumed.poll(100), new.poll(100)) == ([], [])
+    service.start()
+    assert [event.sequence for event in resumed.poll(100)] == [16, 17, 18, 19, 20]
+    assert new.poll(100) == []
+    submit(service, recording(21)[20:])
+    service.settled().result(WAIT_TIMEOUT_S)
+    assert [event.sequence for event in new.poll(100)] == [21]
+    service.stop()
+
+
 def test_stopping_finishes_what_was_handed_in(start: Starter) -> None:
     journal = MemoryJournal()
     service = start(journal)

@@ -227,6 +227,30 @@ def test_a_reader_skips_what_it_has_and_nothing_else() -> None:
     assert not subscription.skip(4, 4)
 
 
+@pytest.mark.parametrize("is_standby", [False, True])
+def test_readers_wait_for_the_end_of_a_replay(is_standby: bool) -> None:
+    """Clients reconnect at once after a restart, before the journal is replayed."""
+    ring = EventRing(100)
+    ring.follow()
+    known, ahead, new = (ring.subscribe(after, 100) for after in (4, 9, None))
+    woken: list[int] = []
+    new.set_wakeup(lambda: woken.append(1))
+    assert (known.waiting, new.waiting) == (False, True)
+    assert [_drain(one) for one in (known, ahead, new)] == [[], [], []]
+    _fill(ring, 3, 3)
+    assert (_numbers(_drain(known)), _drain(ahead), _drain(new)) == ([5, 6], [], [])
+    assert new.is_idle()
+    woken.clear()
+    ring.settle() if is_standby else ring.lead()
+    assert (woken, new.waiting, new.after) == ([1], False, 6)
+    late = ring.subscribe(None, 100)
+    assert (_drain(new), _drain(late)) == ([], [])
+    _fill(ring, 1)
+    assert [_numbers(_drain(one)) for one in (known, new, late)] == [[7], [7], [7]]
+    # Only a number that the journal does not reach is from another one.
+    assert [one.kind for one in _drain(ahead)] == ([] if is_standby else [GAP, TRACK])
+
+
 def test_an_idle_reader_is_woken() -> None:
     ring, woken = EventRing(100), []
     subscription, astray = ring.subscribe(None, 100), ring.subscribe(1000, 100)
