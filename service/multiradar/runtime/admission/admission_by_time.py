@@ -15,7 +15,8 @@ in the measurements, or a clock that is fast:
   machine: a row that most of them have not reached is *in the future* and rejected, one that most
   have reached advances the data clock.
 - Otherwise the row is accepted, but does not advance the data clock: it waits until a second sensor
-  is as far, or for a time without rows of others. Rows of others near the data clock contradict it;
+  is as far, or for a time without rows of others; live, also until the sensor has been heard as
+  often as its vote requires. Rows of others near the data clock contradict it;
   after `CONTRADICTED_MAX` contradictions in succession the rows of the sensor are rejected.
 - A row ahead by more than the forward jump is rejected, unless several agree in succession. The run
   must contain two sensors, or come from the only sensor received so far, or span `ALONE_S`.
