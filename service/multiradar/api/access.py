@@ -7,9 +7,10 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from multiradar.access.authentication import Authentication
+from multiradar.access.workers import Workers
 from multiradar.api.batches import StreamHub
 from multiradar.api.pages import Pages
-from multiradar.api.workers import QueryWorkers, Workers
+from multiradar.api.workers import QueryWorkers
 from multiradar.runtime.ports import ReadableService, View
 from multiradar.settings.limits import HttpLimits
 

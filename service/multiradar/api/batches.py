@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from multiradar.access.shares import CLIENT, Shares
-from multiradar.api.workers import Workers
+from multiradar.access.workers import Workers
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
 from multiradar.runtime.ports import EventSource, StreamEvents, View
 from multiradar.settings.limits import HttpLimits

@@ -8,13 +8,14 @@ from fastapi import APIRouter, FastAPI
 
 from multiradar.access.authentication import Authentication
 from multiradar.access.requirement import require_declared
+from multiradar.access.workers import Workers
 from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
 from multiradar.api.pages import Pages
 from multiradar.api.routes import aircraft, operations, page, queries, sensors, streams, tracks
-from multiradar.api.workers import QueryWorkers, Workers
+from multiradar.api.workers import QueryWorkers
 from multiradar.clock import SystemClock
 from multiradar.runtime.ports import ReadableService
 from multiradar.settings.limits import HttpLimits

@@ -1,9 +1,8 @@
 """Measurements over HTTP, and what changes their processing: ends of streams, the data clock."""
 
-import asyncio
 import json
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -16,6 +15,7 @@ from multiradar.access.parameters import AsNumber, strict_query
 from multiradar.access.requirement import FEED, OPERATE
 from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.access.turns import Turns
+from multiradar.access.workers import Workers
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, decode
 from multiradar.ingest.bound_sensors import of_allowed_sensors
@@ -95,7 +95,7 @@ class IntakeBounds:
     rows_max : int
         Maximum number of measurements in a message; more are answered 413.
     threads : int
-        Threads that decode bodies.
+        Threads that decode bodies, in turns between clients.
     acknowledge_deadline_s : float
         Maximum wait for the journal, or for the tracker at the end of a stream, before the answer
         is 503.
@@ -166,7 +166,7 @@ class _Intake:
     def __init__(self, sink: OperatedSink, bounds: IntakeBounds) -> None:
         self._sink = sink
         self._bounds = bounds
-        self._threads = ThreadPoolExecutor(bounds.threads, thread_name_prefix="multiradar-intake")
+        self._workers = Workers(bounds.threads, name="multiradar-intake")
         self._turns = Turns(bounds.large_octets, bounds.large_octets_max)
 
     async def measurements(self, request: Request) -> Response:
@@ -221,11 +221,10 @@ class _Intake:
         return await self._answered(receipt)
 
     async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Receipt:
-        return await acknowledged(submit, late, self._threads, self._bounds.acknowledge_deadline_s)
+        return await acknowledged(submit, late, self._workers, self._bounds.acknowledge_deadline_s)
 
     async def _answered(self, receipt: Receipt) -> Response:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._threads, _answer, receipt)
+        return await self._workers.run(_answer, receipt)
 
 
 async def _mark(request: Request) -> tuple[str, str | None]:

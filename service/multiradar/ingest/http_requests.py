@@ -2,12 +2,13 @@
 
 import asyncio
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from typing import Any
 
 from fastapi import Request
 
 from multiradar.access.clients import Caller
+from multiradar.access.workers import Workers
 from multiradar.errors import RequestError
 from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
@@ -67,7 +68,7 @@ async def body_of(request: Request) -> bytes:
 
 
 async def acknowledged(
-    submit: Callable[[], Future[Receipt]], late: str, threads: Executor, deadline_s: float
+    submit: Callable[[], Future[Receipt]], late: str, workers: Workers, deadline_s: float
 ) -> Receipt:
     """Submit something in a thread, and return its receipt.
 
@@ -76,8 +77,7 @@ async def acknowledged(
     RequestError
         503 after the deadline, s; what is late then, in words.
     """
-    loop = asyncio.get_running_loop()
-    pending = asyncio.wrap_future(await loop.run_in_executor(threads, submit))
+    pending = asyncio.wrap_future(await workers.run(submit))
     # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
     await asyncio.wait({pending}, timeout=deadline_s)
     if not pending.done():

@@ -1,8 +1,7 @@
 """Sensors that are added, changed, disabled and enabled over HTTP while the service runs."""
 
-import asyncio
 import json
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -14,6 +13,7 @@ from multiradar.access.clients import Caller
 from multiradar.access.parameters import strict_query
 from multiradar.access.requirement import DISPLAY, OPERATE
 from multiradar.access.security_log import SECURITY_LOG
+from multiradar.access.workers import Workers
 from multiradar.errors import ConfigurationError, RequestError
 from multiradar.ingest.http_requests import (
     ENGINE_LATE,
@@ -98,7 +98,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         Maximum wait for the engine before the answer is 503.
     """
     router = APIRouter(prefix="/v1/sensors", tags=["sensors"])
-    threads = ThreadPoolExecutor(1, thread_name_prefix="multiradar-sensors")
+    workers = Workers(1, name="multiradar-sensors")
 
     @router.get(
         "/{sensor_id}/configuration",
@@ -132,11 +132,11 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         values = _description(request, await body_of(request))
         reset = reset_biases == "true"
         # In the same thread, so that a change and its retry come one after the other.
-        loop, kept = asyncio.get_running_loop(), key if dry_run == "false" else None
+        kept = key if dry_run == "false" else None
         try:
             plan = _NO_PLAN
             # A retry is compared with its first message, not with the sensors of now.
-            if kept is None or not await loop.run_in_executor(threads, sink.has_message, kept):
+            if kept is None or not await workers.run(sink.has_message, kept):
                 plan = sink.plan_sensor(sensor_id, values, reset_biases=reset)
             receipt = None
             # With a key also if nothing differs: otherwise a late retry would undo a later change.
@@ -151,7 +151,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
                     future.add_done_callback(partial(_log_change, caller, sensor_id, plan))
                     return future
 
-                receipt = await acknowledged(submit, ENGINE_LATE, threads, acknowledge_deadline_s)
+                receipt = await acknowledged(submit, ENGINE_LATE, workers, acknowledge_deadline_s)
         except ConfigurationError as error:
             raise RequestError(422, "SENSOR_INVALID", str(error)) from error
         duplicate = receipt is not None and receipt.duplicate

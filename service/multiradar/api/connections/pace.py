@@ -88,7 +88,7 @@ class FrameAllowance:
         self._left = float(FRAMES_FREE)
         self._since_s: float | None = None
 
-    def take(self, frames: int, now_s: float) -> bool:
+    def spend(self, frames: int, now_s: float) -> bool:
         """Count frames at a time, s; return False if they are too many."""
         if self._since_s is not None:
             self._left += (now_s - self._since_s) * FRAMES_PER_S

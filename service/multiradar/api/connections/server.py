@@ -405,7 +405,7 @@ class _WebSocket(WebSocketsSansIOProtocol):
     def handle_events(self) -> None:
         # Before the frames comes the request.
         frames = len(self.conn.events) if self.handshake_initiated else 0
-        if self._frames.take(frames, self.loop.time()):
+        if self._frames.spend(frames, self.loop.time()):
             super().handle_events()
             return
         with contextlib.suppress(InvalidState):

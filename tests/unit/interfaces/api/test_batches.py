@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 
 from multiradar.access.shares import CLIENT
+from multiradar.access.workers import Workers
 from multiradar.api.batches import Encoder, StreamHub
-from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import StreamEvents
 from multiradar.settings.limits import HttpLimits

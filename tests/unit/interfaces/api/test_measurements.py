@@ -1,8 +1,10 @@
 """Measurements over HTTP: accepted, rejected, and the answer to the sender."""
 
 import asyncio
+import contextlib
 import io
 import json
+import threading
 from concurrent.futures import Future
 from typing import Any
 
@@ -13,9 +15,12 @@ import pytest
 from structlog.testing import capture_logs
 
 from multiradar.api.factory import create_api
+from multiradar.ingest import http
+from multiradar.ingest.bodies import Decoded, decode
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from support.fakes.fake_service import FakeService, Submission
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 _PLOT: dict[str, Any] = {
     "time_s": 100.0,
@@ -421,3 +426,42 @@ async def test_an_operator_sets_the_data_clock(
         assert (await client.post("/v1/clock?time_s=1700000000.5")).status_code == 200
     assert service.clocks == [1_700_000_000.5]
     assert [one["time_s"] for one in logs if one["event"] == "clock_set"] == service.clocks
+
+
+async def test_small_messages_are_decoded_in_turns_between_clients(
+    service: FakeService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One client could have 64 bodies decoded before the next message of another."""
+    decoded: list[int] = []
+    gate = threading.Event()
+
+    def counted(media_type: str, body: bytes, rows_max: int) -> Decoded:
+        decoded.append(len(body))
+        gate.wait(WAIT_TIMEOUT_S)
+        return decode(media_type, body, rows_max)
+
+    monkeypatch.setattr(http, "decode", counted)
+    application = create_api(
+        service, routers=[measurement_routes(service, IntakeBounds(threads=1))]
+    )
+    large, small = json.dumps([_PLOT] * 10).encode(), json.dumps(_PLOT).encode()
+    async with contextlib.AsyncExitStack() as clients:
+        many, other = [
+            await clients.enter_async_context(
+                httpx.AsyncClient(
+                    transport=httpx.ASGITransport(application, client=(address, 1)),
+                    base_url="http://127.0.0.1",
+                )
+            )
+            for address in ("127.0.0.2", "127.0.0.3")
+        ]
+        answers = [asyncio.create_task(_post(many, large)) for _ in range(16)]
+        await asyncio.to_thread(wait_until, lambda: decoded, "the first message to be decoded")
+        # The others of this client have arrived when one after them is answered.
+        assert (await many.get("/v1/status")).status_code == 200
+        answers.append(asyncio.create_task(_post(other, small)))
+        assert (await other.get("/v1/status")).status_code == 200
+        gate.set()
+        assert {(await answer).status_code for answer in answers} == {200}
+    assert len(decoded) == 17
+    assert decoded.index(len(small)) <= 2

@@ -270,7 +270,7 @@ async def test_a_flood_of_tiny_frames_ends_the_websocket(frames: bytes) -> None:
 
 def test_frames_each_second_are_allowed_and_a_flood_is_not() -> None:
     allowance = FrameAllowance()
-    assert all(allowance.take(2, float(second)) for second in range(10_000))
-    assert allowance.take(FRAMES_FREE, 20_000.0)
-    assert not allowance.take(1, 20_000.0)
-    assert allowance.take(1, 20_000.0 + 3.0 / FRAMES_PER_S)
+    assert all(allowance.spend(2, float(second)) for second in range(10_000))
+    assert allowance.spend(FRAMES_FREE, 20_000.0)
+    assert not allowance.spend(1, 20_000.0)
+    assert allowance.spend(1, 20_000.0 + 3.0 / FRAMES_PER_S)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from multiradar.access.shares import CLIENT
+from multiradar.access.workers import Workers
 from multiradar.api.factory import create_api
-from multiradar.api.workers import QueryWorkers, Workers
+from multiradar.api.workers import QueryWorkers
 from multiradar.errors import DeadlineError, RequestError
 from multiradar.runtime.queries.deadline import check_deadline, deadline
 from multiradar.runtime.queries.encounters import _parts
