@@ -7,7 +7,9 @@ ADS-B. The data time runs `--speed` times as fast as the clock, so that hours of
 times the load are shown at once. Two pages read the picture, a third client the tables and metrics.
 
 After the plateau the resident memory is averaged over twelve equal parts. The slope is that of a
-line through the twelve means; its interval is two sigmas, from their distances to the line.
+line through the twelve means; its interval is two sigmas, from their distances to the line. The
+memory is flat if the interval does not lie above zero. The exit status is 1 if it lies above
+`--growth-max`, in MiB per hour of data, or a measurement was lost.
 """
 
 import argparse
@@ -19,6 +21,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -47,12 +50,13 @@ _READ = (
 
 
 def main() -> int:
-    """Run and print the figures; the exit status is 1 if a measurement was lost."""
+    """Run and print the figures; the exit status is 1 if memory grows or measurements are lost."""
     options = _options()
     with tempfile.TemporaryDirectory(dir=options.folder) as name:
         figures = _run(options, Path(name))
+    figures["evaluation"], permitted = evaluated(figures, options.speed, options.growth_max)
     print(json.dumps(figures)) if options.json else _print(figures)
-    return int(figures["rejected"] > 0 or figures["unprocessed"] > 0)
+    return int(figures["rejected"] > 0 or figures["unprocessed"] > 0 or not permitted)
 
 
 def _options() -> argparse.Namespace:
@@ -60,6 +64,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--speed", type=float, default=10.0, help="data time relative to the clock")
     parser.add_argument("--minutes", type=float, default=45.0, help="duration, by the clock")
     parser.add_argument("--plateau", type=float, default=20.0, help="min before the slope is taken")
+    parser.add_argument(
+        "--growth-max", type=float, default=5.0, help="MiB per hour of data; above it, status 1"
+    )
     parser.add_argument("--folder", type=Path, help="for the journal")
     parser.add_argument("--samples", type=Path, help="CSV file for memory over time")
     parser.add_argument("--json", action="store_true")
@@ -164,6 +171,30 @@ def slope_of(samples: NDArray[np.float64], from_s: float) -> dict[str, float]:
     }
 
 
+def evaluated(figures: Mapping[str, Any], speed: float, growth_max: float) -> tuple[str, bool]:
+    """Return whether the memory is flat, as a sentence, and whether its growth is permitted.
+
+    Parameters
+    ----------
+    figures : mapping
+        Slope and its sigma, MiB per hour by the clock.
+    speed : float
+        Data time relative to the clock.
+    growth_max : float
+        Bound for the lower end of the interval of two sigmas, MiB per hour of data.
+    """
+    slope, interval = figures["slope"], 2.0 * figures["slope_sigma"]
+    if not np.isfinite(slope + interval):
+        return f"no slope: fewer than {_PARTS} samples after the plateau", False
+    least = (slope - interval) / speed
+    sentence = (
+        f"{'not flat' if least > 0.0 else 'flat'}: {slope / speed:+.1f} ± {interval / speed:.1f} "
+        f"MiB per hour of data, {slope:+.1f} ± {interval:.1f} MiB per hour by the clock (two "
+        f"sigmas); the lower end, {least:+.1f} per hour of data, may be at most {growth_max:+.1f}"
+    )
+    return sentence, bool(least <= growth_max)
+
+
 def _print(figures: dict[str, Any]) -> None:
     for name, form in (
         ("rate", "{:,.0f} measurements/s"), ("seconds", "{:,.0f} s by the clock"),
@@ -176,6 +207,7 @@ def _print(figures: dict[str, Any]) -> None:
     ):  # fmt: skip
         if name in figures:
             print("  " + form.format(figures[name]))
+    print("  " + figures["evaluation"])
     for fault in figures["faults"]:
         print("  fault: " + fault)
 
