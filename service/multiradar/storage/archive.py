@@ -42,9 +42,8 @@ from multiradar.storage.sqlite.journal_rows import (
     Row,
     fingerprint_of,
 )
-from multiradar.storage.sqlite.opening import beside
+from multiradar.storage.sqlite.opening import beside, require_journal
 from multiradar.storage.sqlite.sqlite_file import (
-    check_file_type,
     journal_errors,
     open_database,
     snapshot,
@@ -52,7 +51,7 @@ from multiradar.storage.sqlite.sqlite_file import (
 )
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.sqlite.tip import Tip
-from multiradar_schemas.documents.contents import JOURNAL, no_such
+from multiradar_schemas.documents.contents import no_such
 
 #: Octets of the entries of a segment as the journal stores them, after which it is sealed.
 SEGMENT_OCTETS = 64 * 1024 * 1024
@@ -145,9 +144,7 @@ def archive_journal(
     ConfigurationError
         The journal is of another format.
     """
-    if not journal.is_file():
-        raise InputError(no_such(journal, JOURNAL))
-    check_file_type(journal)
+    require_journal(journal)
     # Before the journal: it then has the acknowledged entry.
     tip = Tip.read(beside(journal.resolve(), "-tip"))
     new: list[Segment] = []

@@ -25,20 +25,19 @@ from typing import Any, NamedTuple
 from multiradar.errors import DamageError, InputError, JournalError, SnapshotError
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.journal_rows import Head, JournalRows, description_of, fingerprint_of
+from multiradar.storage.sqlite.opening import open_for_reading, require_journal
 from multiradar.storage.sqlite.shortening import digests_of
 from multiradar.storage.sqlite.sqlite_file import (
-    check_file_type,
     copy_database,
     file_size,
     journal_errors,
     open_database,
-    reading_mode,
     snapshot,
     sync,
 )
 from multiradar.storage.sqlite.tip import Tip
 from multiradar.storage.verification import Progress, Verification, verify_journal
-from multiradar_schemas.documents.contents import BACKUP, JOURNAL, no_such
+from multiradar_schemas.documents.contents import BACKUP, no_such
 
 FORMAT_VERSION = 1
 MANIFEST = "backup.json"
@@ -233,13 +232,8 @@ def journal_configuration(journal: Path) -> tuple[str, str]:
     JournalError, ConfigurationError
         It is not a journal, or has another format.
     """
-    if not journal.is_file():
-        raise InputError(no_such(journal, JOURNAL))
-    check_file_type(journal)
-    with (
-        journal_errors(journal),
-        closing(open_database(journal, reading_mode(journal))) as connection,
-    ):
+    require_journal(journal)
+    with journal_errors(journal), closing(open_for_reading(journal)) as connection:
         return fingerprint_of(connection, journal), description_of(connection)
 
 

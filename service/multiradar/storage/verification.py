@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from multiradar.errors import InputError, JournalError, SnapshotError
+from multiradar.errors import JournalError, SnapshotError
 from multiradar.storage.snapshots import KEPT, Position, SnapshotFolder
 from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
@@ -21,8 +21,8 @@ from multiradar.storage.sqlite.journal_rows import (
     Row,
     fingerprint_of,
 )
+from multiradar.storage.sqlite.opening import require_journal
 from multiradar.storage.sqlite.sqlite_file import (
-    check_file_type,
     check_pages,
     journal_errors,
     open_database,
@@ -31,7 +31,6 @@ from multiradar.storage.sqlite.sqlite_file import (
 )
 from multiradar.storage.sqlite.tip import Tip
 from multiradar.storage.sqlite.write_ahead_log import log_damage
-from multiradar_schemas.documents.contents import JOURNAL, no_such
 
 #: Damaged entries that are named; further ones are counted.
 NAMED_MAX = 20
@@ -97,9 +96,7 @@ def verify_journal(path: Path, on_progress: Progress = lambda _done, _total: Non
         It is of another format.
     """
     path = path.resolve() if path.is_symlink() else path
-    if not path.is_file():
-        raise InputError(no_such(path, JOURNAL))
-    check_file_type(path)
+    require_journal(path)
     mode = reading_mode(path)
     found = _Check(path, on_progress, mode).run()
     # A service may have started meanwhile.

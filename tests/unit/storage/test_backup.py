@@ -212,7 +212,7 @@ def test_a_journal_of_another_format_says_what_reads_it(
     tmp_path: Path, version: int, advice: str
 ) -> None:
     path = _state(tmp_path)
-    _tamper(path, "UPDATE header SET format_version = ?", version)
+    _tamper(path, f"UPDATE header SET format_version = {version}")
     with pytest.raises(ConfigurationError, match=f"of format 2, was {version}; {advice}"):
         _backup(path, tmp_path / "backup")
 

@@ -15,6 +15,7 @@ from multiradar.state import EncodedState
 from multiradar.storage.archive import archive_journal
 from multiradar.storage.backup import journal_configuration, write_backup
 from multiradar.storage.snapshots import Position, Snapshot, SnapshotFolder
+from multiradar.storage.sqlite.growth import growth_of
 from multiradar.storage.sqlite.shortening import extent_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import NAMED_MAX, verify_journal
@@ -57,9 +58,9 @@ def _content(path: Path) -> dict[str, bytes]:
     return {one.name: one.read_bytes() for one in path.parent.rglob("*") if one.is_file()}
 
 
-def _tamper(path: Path, statement: str, *values: object) -> None:
+def _tamper(path: Path, statements: str) -> None:
     with closing(sqlite3.connect(path)) as connection, connection:
-        connection.execute(statement, values)
+        connection.executescript(statements)
 
 
 def _flip(path: Path, place: int) -> None:
@@ -102,6 +103,11 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
         ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: not the last"]),
         ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows starting at number 1"]),
         ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: the checks"]),
+        # A page of another table in its place.
+        (
+            "DROP TABLE skipped; CREATE TABLE skipped AS SELECT 7 sequence, NULL reason, 7 digest",
+            ["entry 7 of the journal is damaged: the checksum does not match"],
+        ),
         ("DELETE FROM head", ["expected one head row in the journal,"]),
         ("DELETE FROM header", ["expected one header row in the journal"]),
     ],
@@ -112,6 +118,13 @@ def test_damaged_entries_are_named(path: Path, statement: str, named: list[str])
     assert len(damage) >= len(named)
     for expected in named:
         assert any(expected in one and str(path) in one for one in damage), damage
+
+
+def test_the_growth_of_a_journal_without_its_last_entry_is_unknown(path: Path) -> None:
+    """Regression: `doctor` ended in a TypeError."""
+    _tamper(path, "DELETE FROM entry WHERE sequence = 40")
+    with pytest.raises(JournalError, match="entry 40 of the journal is damaged: the entry is miss"):
+        growth_of(path)
 
 
 def test_a_damaged_entry_does_not_hide_another_and_many_are_counted(path: Path) -> None:
@@ -224,7 +237,7 @@ def test_an_empty_journal_keeps_its_log(tmp_path: Path, read: Callable[[Path], o
         said = str(read(killed))
     except JournalError as error:
         said = str(error)
-    assert f"{killed}: empty, although it has the log journal.sqlite-wal" in said
+    assert f"{killed}: empty, although other files of this journal exist (journal.sqlite-w" in said
     assert before.items() <= _content(killed).items()
 
 
@@ -245,7 +258,7 @@ def test_what_is_no_journal_is_no_damage(tmp_path: Path, content: bytes) -> None
 
 @pytest.mark.parametrize(("version", "advice"), [(1, "migrate it"), (4, "use the multiradar")])
 def test_another_format_says_what_reads_it(path: Path, version: int, advice: str) -> None:
-    _tamper(path, "UPDATE header SET format_version = ?", version)
+    _tamper(path, f"UPDATE header SET format_version = {version}")
     with pytest.raises(ConfigurationError, match=f"of format 2, was {version}; {advice}"):
         verify_journal(path)
 

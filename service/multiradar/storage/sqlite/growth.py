@@ -5,12 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from multiradar.storage.sqlite.journal_rows import JournalRows, fingerprint_of
-from multiradar.storage.sqlite.sqlite_file import (
-    journal_errors,
-    open_database,
-    reading_mode,
-    snapshot,
-)
+from multiradar.storage.sqlite.opening import open_for_reading
+from multiradar.storage.sqlite.sqlite_file import journal_errors, snapshot
 
 #: Entries that count: at least 17 minutes of live data.
 _ENTRIES = 10_000
@@ -52,17 +48,20 @@ def growth_of(path: Path) -> Growth | None:
     """
     with (
         journal_errors(path),
-        closing(open_database(path, reading_mode(path))) as connection,
+        closing(open_for_reading(path)) as connection,
         snapshot(connection),
     ):
-        head = JournalRows(path, fingerprint_of(connection, path)).head(connection)
+        rows = JournalRows(path, fingerprint_of(connection, path))
+        head = rows.head(connection)
         first = connection.execute(
             "SELECT min(sequence) FROM entry WHERE sequence >= ?", (head.sequence - _ENTRIES,)
         ).fetchone()[0]
         if first is None or first == head.sequence:
             return None
         octets = connection.execute(_OCTETS, (first,)).fetchone()[0]
-        ends = [
-            connection.execute(_ADMISSION, (one,)).fetchone()[0] for one in (first, head.sequence)
+        found = [
+            connection.execute(_ADMISSION, (one,)).fetchone() for one in (first, head.sequence)
         ]
-        return Growth(int(octets), *ends)
+        if octets is None or None in found:
+            raise rows.damaged(head.sequence, "the entry is missing")
+        return Growth(int(octets), *(row[0] for row in found))

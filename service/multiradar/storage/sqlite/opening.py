@@ -9,10 +9,10 @@ later, unless pages are free. A free page that is in use would be overwritten.
 
 import sqlite3
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
-from multiradar.errors import ConfigurationError, JournalError
+from multiradar.errors import ConfigurationError, InputError, JournalError
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.journal_rows import JournalRows, description_of, fingerprint_of
 from multiradar.storage.sqlite.sqlite_file import (
@@ -24,10 +24,12 @@ from multiradar.storage.sqlite.sqlite_file import (
 )
 from multiradar.storage.sqlite.tip import ACCEPT, Tip
 from multiradar.storage.sqlite.write_ahead_log import log_damage
-from multiradar_schemas.documents.contents import JOURNAL, content
+from multiradar_schemas.documents.contents import JOURNAL, content, no_such
 
 #: The pages of a file of up to so many octets are verified when it is opened.
 _AT_ONCE_BYTES = 256 << 20
+#: Octets of the header of a database (https://www.sqlite.org/fileformat.html, section 1.3).
+_HEADER_OCTETS = 100
 
 
 def beside(path: Path, end: str) -> Path:
@@ -95,17 +97,11 @@ class Verification:
 
     # Nothing was acknowledged before.
     def _check_new(self, tip: Tip | None) -> None:
-        snapshots = SnapshotFolder(self._path)
-        found = [self._log_path] if file_size(self._log_path) else []
-        found += [self._tip_path] if tip and tip.sequence else []
-        found += [snapshots.path] if snapshots.files() else []
-        if found:
-            names = ", ".join(one.name for one in found)
-            raise JournalError(
-                f"{self._path}: missing or empty, although other files of this journal exist "
-                f"({names}); restore all files {self._path.name}* from the same copy, or remove "
-                "these to start without the earlier data"
-            )
+        error = _without_header(
+            self._path, "missing or empty", has_entries=bool(tip and tip.sequence)
+        )
+        if error is not None:
+            raise JournalError(f"{error}, or remove these to start without the earlier data")
 
     def _tip_in(self, connection: sqlite3.Connection, tip: Tip | None) -> Tip | None:
         tables = _has_tables(connection)
@@ -167,6 +163,69 @@ class Verification:
         )
 
 
+def require_journal(path: Path) -> None:
+    """Check, before a file is opened for reading, that it is a journal; nothing is changed.
+
+    Raises
+    ------
+    InputError
+        There is no such file, and no other file of such a journal.
+    JournalError
+        It is another file, or has lost its beginning.
+    """
+    lost = not path.exists() and _without_header(path, "missing", has_entries=_has_entries(path))
+    if not path.is_file() and not lost:
+        raise InputError(no_such(path, JOURNAL))
+    require_header(path)
+    check_file_type(path)
+
+
+def require_header(path: Path) -> None:
+    """Raise JournalError for a journal that is missing or shorter than its header.
+
+    SQLite deletes the log of a file without pages, even if that is only read.
+    """
+    size = file_size(path)
+    if size >= _HEADER_OCTETS:
+        return
+    how = f"not a journal (only {size} of the {_HEADER_OCTETS} octets of a header)"
+    if not size:
+        how = "empty" if path.exists() else "missing"
+    error = _without_header(path, how, has_entries=_has_entries(path))
+    raise JournalError(error or f"{path}: {how}; choose another file")
+
+
+def open_for_reading(path: Path) -> sqlite3.Connection:
+    """Open a journal, which may be in use; raises as `require_header`."""
+    require_header(path)
+    return open_database(path, reading_mode(path))
+
+
+# Whether the tip of a journal is that of an entry; one that cannot be read may be.
+def _has_entries(path: Path) -> bool:
+    tip_path = beside(path.resolve(), "-tip")
+    with suppress(JournalError):
+        tip = Tip.read(tip_path)
+        return tip is not None and tip.sequence > 0
+    return True
+
+
+# The error of a journal without its header, if other files show that it had entries; None if not.
+def _without_header(path: Path, how: str, *, has_entries: bool) -> str | None:
+    real = path.resolve()
+    log, tip, snapshots = beside(real, "-wal"), beside(real, "-tip"), SnapshotFolder(real)
+    found = [log] if file_size(log) else []
+    found += [tip] if has_entries else []
+    found += [snapshots.path] if snapshots.files() else []
+    if not found:
+        return None
+    names = ", ".join(one.name for one in found)
+    return (
+        f"{path}: {how}, although other files of this journal exist ({names}); restore all files "
+        f"{path.name}* from the same copy"
+    )
+
+
 def check_acknowledged(path: Path) -> None:
     """Verify the log of a journal, which may be in use, and that no acknowledged entry is missing.
 
@@ -179,7 +238,7 @@ def check_acknowledged(path: Path) -> None:
     ConfigurationError
         The journal is of another format.
     """
-    with closing(open_database(path, reading_mode(path))) as connection:
+    with closing(open_for_reading(path)) as connection:
         fingerprint = fingerprint_of(connection, path)
     rows = JournalRows(path, fingerprint)
     verification = Verification(path, rows, fingerprint, "", lambda _before, _now: "")

@@ -4,17 +4,10 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from multiradar.errors import InputError
 from multiradar.storage.entries import StoredEntry
 from multiradar.storage.sqlite.journal_rows import ENTRY, JournalRows, header_of
-from multiradar.storage.sqlite.sqlite_file import (
-    check_file_type,
-    journal_errors,
-    open_database,
-    reading_mode,
-    snapshot,
-)
-from multiradar_schemas.documents.contents import JOURNAL, no_such
+from multiradar.storage.sqlite.opening import open_for_reading, require_journal
+from multiradar.storage.sqlite.sqlite_file import journal_errors, snapshot
 
 
 @contextmanager
@@ -43,12 +36,10 @@ def journal_entries(journal: Path) -> Iterator[tuple[int, int, Iterator[StoredEn
         It is of another format.
     """
     path = journal.resolve() if journal.is_symlink() else journal
-    if not path.is_file():
-        raise InputError(no_such(journal, JOURNAL))
-    check_file_type(path)
+    require_journal(path)
     with (
         journal_errors(path),
-        closing(open_database(path, reading_mode(path))) as connection,
+        closing(open_for_reading(path)) as connection,
         snapshot(connection),
     ):
         version, fingerprint = header_of(connection, path)
@@ -71,7 +62,7 @@ def removed_changes(journal: Path) -> list[bytes]:
     path = journal.resolve() if journal.is_symlink() else journal
     with (
         journal_errors(path),
-        closing(open_database(path, reading_mode(path))) as connection,
+        closing(open_for_reading(path)) as connection,
         snapshot(connection),
     ):
         version, fingerprint = header_of(connection, path)

@@ -32,13 +32,16 @@ from multiradar.storage.sqlite.journal_rows import (
     JournalRows,
     fingerprint_of,
 )
-from multiradar.storage.sqlite.opening import check_acknowledged
+from multiradar.storage.sqlite.opening import (
+    check_acknowledged,
+    open_for_reading,
+    require_header,
+)
 from multiradar.storage.sqlite.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_file_type,
     journal_errors,
     open_database,
-    reading_mode,
     set_pragma,
     snapshot,
 )
@@ -75,10 +78,11 @@ class Extent(NamedTuple):
 
 def extent_of(path: Path) -> Extent:
     """Return what a journal has, which may be in use; raises JournalError, ConfigurationError."""
+    require_header(path)
     check_file_type(path)
     with (
         journal_errors(path),
-        closing(open_database(path, reading_mode(path))) as connection,
+        closing(open_for_reading(path)) as connection,
         snapshot(connection),
     ):
         rows = JournalRows(path, fingerprint_of(connection, path))
@@ -100,7 +104,7 @@ def digests_of(path: Path, sequences: list[int]) -> dict[int, bytes]:
     found = {}
     with (
         journal_errors(path),
-        closing(open_database(path, reading_mode(path))) as connection,
+        closing(open_for_reading(path)) as connection,
         snapshot(connection),
     ):
         rows = JournalRows(path, fingerprint_of(connection, path))
@@ -113,7 +117,7 @@ def digests_of(path: Path, sequences: list[int]) -> dict[int, bytes]:
 
 def marks_of(path: Path) -> dict[int, str]:
     """Return the entries of a journal that replays skip, with their reasons; raises as above."""
-    with journal_errors(path), closing(open_database(path, reading_mode(path))) as connection:
+    with journal_errors(path), closing(open_for_reading(path)) as connection:
         return JournalRows(path, fingerprint_of(connection, path)).skipped(connection)
 
 

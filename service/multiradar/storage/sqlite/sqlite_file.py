@@ -41,10 +41,11 @@ def open_database(path: Path, mode: str) -> sqlite3.Connection:
     Raises
     ------
     JournalError
-        It is to be read and is empty, but has a write-ahead log, which SQLite would remove.
+        It is to be read and is empty, but has a write-ahead log, which SQLite would remove: also
+        of a file of one octet.
     """
     log = path.with_name(f"{path.name}-wal")
-    if mode.startswith("ro") and path.exists() and not file_size(path) and file_size(log):
+    if mode.startswith("ro") and path.exists() and file_size(path) <= 1 and file_size(log):
         raise JournalError(
             f"{path}: empty, although it has the log {log.name}; restore all files {path.name}* "
             "from the same copy"
@@ -61,7 +62,8 @@ def open_database(path: Path, mode: str) -> sqlite3.Connection:
 def reading_mode(path: Path) -> str:
     """Return how to open a database file, so that reading it changes nothing in its folder.
 
-    Without the files of a write-ahead log no service uses it: it would create them.
+    Without the files of a write-ahead log no service uses it: it would create them. The file must
+    have its header (`multiradar.storage.sqlite.opening.require_header`).
     """
     used = any(path.with_name(f"{path.name}{end}").exists() for end in ("-wal", "-shm"))
     return "ro" if used else "ro&immutable=1"

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from multiradar.errors import ConfigurationError, DamageError, InputError
+from multiradar.errors import ConfigurationError, DamageError
 
 if TYPE_CHECKING:
     from multiradar.settings.service import Settings
@@ -65,16 +65,15 @@ def backup(
     from multiradar.settings.service import load_settings
     from multiradar.storage.backup import DATABASE, write_backup
     from multiradar.storage.output_folder import new_folder, remove_abandoned
-    from multiradar_schemas.documents.contents import JOURNAL, no_such
+    from multiradar.storage.sqlite.opening import require_journal
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
     if filter_name is not None:
         overrides["tracking"] = {"filter_name": filter_name}
     settings = load_settings(config, overrides)
     journal = journal_of(state)
-    if not journal.is_file():
-        # Before its sensors file, which is not that of another folder.
-        raise InputError(no_such(journal, JOURNAL))
+    # Before its sensors file, which is not that of another folder.
+    require_journal(journal)
     # Daily backups have names of their own: none would remove what a killed one has left.
     remove_abandoned(out.absolute().parent, DATABASE)
     with new_folder(out, durable=True) as folder:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from multiradar.clock import Clock
-from multiradar.errors import MultiradarError
+from multiradar.errors import InputError, MultiradarError
 from multiradar.storage.full_disk import size_text
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.growth import Growth, growth_of
@@ -122,13 +122,12 @@ def verified(
     """
     from multiradar.storage.verification import verify_journal
 
-    if not journal.exists():
-        return None, [
-            ok("journal", f"{journal}: not created yet; the service creates it at the first start")
-        ]
     try:
         found = verify_journal(journal, on_progress)
     except MultiradarError as failure:
+        if isinstance(failure, InputError) and not journal.exists():
+            text = f"{journal}: not created yet; the service creates it at the first start"
+            return None, [ok("journal", text)]
         return None, [error("journal", str(failure), f"restore a backup; {_RECOVERY}")]
     folder = SnapshotFolder(journal).path
     damage = [one for one in found.damage if one.startswith(f"{folder}: ")]
