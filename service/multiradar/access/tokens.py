@@ -67,7 +67,14 @@ class Tokens:
                 options={"require": list(_REQUIRED)},
             )
             until_s = float(claims["exp"]) + _LEEWAY_S
-        except (jwt.InvalidTokenError, KeyError, TypeError, ValueError, OverflowError):
+        except (
+            jwt.InvalidTokenError,
+            KeyError,
+            TypeError,
+            ValueError,
+            OverflowError,
+            RecursionError,
+        ):
             return None
         return _caller(claims, until_s)
 
@@ -95,7 +102,7 @@ def _read_keys(file: Path) -> dict[str | None, Any]:
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         found = jwt.PyJWKSet.from_dict(document)
-    except (OSError, ValueError, AttributeError, jwt.PyJWTError) as error:
+    except (OSError, ValueError, AttributeError, RecursionError, jwt.PyJWTError) as error:
         raise ConfigurationError(f"{file}: expected a JSON Web Key Set: {error}") from error
     private = [one for one in document["keys"] if "d" in one or one.get("kty") == "oct"]
     if private:

@@ -118,6 +118,11 @@ class PipelineCollector(Collector):
             "outcomes", "Accepted measurements by outcome in the filter", "outcome", outcomes
         )
         yield _rejected(status.get("rejected_by_source", {}))
+        yield CounterMetricFamily(
+            "multiradar_internal_errors",
+            "Journalled messages whose alarms or diagnosis failed: a bug",
+            status.get("internal_errors", 0),
+        )
         yield from _sources(status.get("sources", {}))
         yield from _alarms(status)
         yield _gauge(

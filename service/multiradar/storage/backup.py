@@ -267,7 +267,7 @@ def read_backup(folder: Path) -> Backup:
                 raise InputError(f"{path}: the path {outside!r} leads outside the backup folder")
             if _text(found) == text:
                 return found
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: damaged") from error
     if version != FORMAT_VERSION:
         raise InputError(

@@ -146,6 +146,8 @@ class Record:
         require(queued <= LIMITS.intake_batches_max, "I7", f"{queued} messages in the intake")
         most = max(LIMITS.backlog_rows_max, LIMITS.intake_rows_max)
         require(backlog.rows <= most, "I7", f"backlog {backlog.rows} rows")
+        errors = service._accounting.internal_errors
+        require(errors == 0, "I8", f"{errors} internal errors")
         processor = service._processor
         if processor is not None and processor.failure is None:
             self._same_digest(processor.processed, processor._digest.hexdigest())

@@ -205,7 +205,7 @@ def _retry_after_s(response: httpx.Response) -> float | None:
 def _document(response: httpx.Response) -> dict[str, Any]:
     try:
         document = response.json()
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return document if isinstance(document, dict) else {}
 

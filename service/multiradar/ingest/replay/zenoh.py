@@ -124,6 +124,6 @@ class ZenohDestination:
 def _document(payload: zenoh.ZBytes) -> Mapping[str, Any]:
     try:
         document = json.loads(payload.to_bytes())
-    except ValueError:
+    except (ValueError, RecursionError):
         return {"reason": payload.to_bytes()[:200].decode(errors="replace")}
     return document if isinstance(document, dict) else {"reason": str(document)[:200]}

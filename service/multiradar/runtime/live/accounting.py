@@ -11,13 +11,14 @@ class Accounting:
     """Rows by outcome; written by the journal writer, read by any thread.
 
     `accepted` and `rejected` come from the journal and survive a restart; `duplicate` counts from
-    the start.
+    the start, as does `internal_errors`: messages in the journal whose alarms or diagnosis failed.
     """
 
     read: int = 0
     accepted: int = 0
     duplicate: int = 0
     rejected: int = 0
+    internal_errors: int = 0
 
     def resume(self, counts: JournalCounts) -> JournalCounts:
         """Start with the counts of the journal, and return them."""

@@ -110,17 +110,13 @@ class LiveDiagnosis:
             self._thread.join()
 
     def record(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
-        """Record measurements as received, and their rejected rows; errors are logged."""
+        """Record measurements as received, and their rejected rows."""
         if self._thread is None:
             return
-        try:
-            with self._lock:
-                self._evidence.record_rows(frame)
-                for row in rejects:
-                    self._evidence.reject(_sensor_of(row), row.code)
-        except Exception as error:
-            # They are in the journal, and acknowledged next.
-            _log.error("measurements are not diagnosed: internal error", exc_info=error)
+        with self._lock:
+            self._evidence.record_rows(frame)
+            for row in rejects:
+                self._evidence.reject(_sensor_of(row), row.code)
 
     def put(self, output: EngineOutput) -> None:
         """Record output of the engine."""

@@ -76,7 +76,8 @@ class Writer:
     on_sensors : callable
         Called with the sensors before they change.
     on_journalled : callable
-        Called with the rows of each journalled message, and its entry.
+        Called with the rows of each journalled message, and its entry; its errors are logged and
+        counted.
     on_full : callable
         Called when the disk is full.
     on_failure : callable
@@ -156,7 +157,7 @@ class Writer:
             return
         # Before the answer, so that what the sender then asks for shows its message.
         for one in admitted:
-            self._on_journalled(one.submission.frame, one.prepared.entry)
+            self._record(one)
         self._answer(admitted, sequences, again)
         self._backlog.put(
             [
@@ -173,6 +174,15 @@ class Writer:
                 for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
         )
+
+    # A bug there costs neither the answer nor what comes after: the message is on disk.
+    def _record(self, one: _Admitted) -> None:
+        try:
+            self._on_journalled(one.submission.frame, one.prepared.entry)
+        except Exception as error:
+            self._accounting.internal_errors += 1
+            source = one.submission.source
+            _log.error("alarms or diagnosis of a message from %s failed", source, exc_info=error)
 
     # The senders repeat what the disk had no room for.
     def _undo_arrivals(self, admitted: Sequence[_Admitted]) -> None:

@@ -153,6 +153,7 @@ def test_a_token_ends(tmp_path: Path, found: Authentication) -> None:
     [
         (None, "expected a JSON Web Key Set"),
         ("[]", "expected a JSON Web Key Set"),
+        ("[" * 5000, "expected a JSON Web Key Set"),
         ('{"keys": []}', "expected a JSON Web Key Set"),
         (
             '{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}',

@@ -297,19 +297,6 @@ def test_a_nested_row_has_no_sensor() -> None:
     diagnosis.stop()
 
 
-def test_an_error_of_the_diagnosis_does_not_reach_the_journal(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    def fail(_row: RejectedRow) -> str:
-        raise RuntimeError("no sensor")
-
-    monkeypatch.setattr(live_diagnosis, "_sensor_of", fail)
-    diagnosis = opened()
-    diagnosis.record(recording().frame, [RejectedRow(0, "OUT_OF_RANGE", "x", "{}")])
-    diagnosis.stop()
-    assert "measurements are not diagnosed" in caplog.text
-
-
 def test_before_the_start_nothing_is_retained() -> None:
     diagnosis = LiveDiagnosis(WRONG.table())
     diagnosis.record(WRONG.frame, ())

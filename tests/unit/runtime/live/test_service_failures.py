@@ -14,7 +14,9 @@ from multiradar.errors import (
     JournalFullError,
     PipelineError,
 )
-from multiradar.runtime.live import processor
+from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.runtime.live import live_diagnosis, processor
+from multiradar.runtime.live.alarms.supervision import Supervision
 from multiradar.runtime.live.service import Service, ServiceState
 from multiradar.runtime.stream.events import Subscription
 from multiradar.storage.memory_journal import MemoryJournal
@@ -39,6 +41,35 @@ def start() -> Iterator[Starter]:
     """Start services that are stopped at the end."""
     with services() as starter:
         yield starter
+
+
+@pytest.mark.parametrize(("owner", "name"), [(Supervision, "note"), (live_diagnosis, "_sensor_of")])
+def test_an_error_in_what_is_derived_from_a_message_stops_nothing(
+    start: Starter,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    owner: Any,
+    name: str,
+) -> None:
+    """It stopped the journal writer: the message was on disk, and its sender got an error."""
+
+    def fail(*_: Any) -> None:
+        raise RecursionError("too deep")
+
+    service = start()
+    frame = recording(100)
+    bad = frame[10:20].with_columns(sensor_id=pl.lit("99-99"))
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, fail)
+        receipt = submit(service, pl.concat([frame[:10], bad]))
+    assert (receipt.accepted, len(receipt.rejected)) == (10, 10)
+    assert submit(service, frame[20:30]).accepted == 10
+    status = settled(service)
+    assert (status["state"], status["internal_errors"]) == ("running", 1)
+    metrics = {one.name: one for one in PipelineCollector(lambda: status).collect()}
+    assert metrics["multiradar_internal_errors"].samples[0].value == 1.0
+    assert "alarms or diagnosis of a message from test failed" in caplog.text
+    assert "RecursionError: too deep" in caplog.text
 
 
 def test_a_failed_journal_stops_the_intake_and_reading_continues(start: Starter) -> None:
