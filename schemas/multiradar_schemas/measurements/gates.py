@@ -178,9 +178,11 @@ def rejections(
         return np.empty(0, np.int64), (), ()
     index = gate_number.is_not_null().arg_true().to_numpy().astype(np.int64)
     first = gate_number.drop_nulls().to_list()
-    rows = frame[index].to_dicts()
+    used = {gates[number].shows or gates[number].field for number in set(first)}
+    # A table has forty columns; a sentence quotes one.
+    values = {name: frame[name].gather(index).to_list() for name in used}
     codes = tuple(gates[number].code for number in first)
-    reasons = tuple(_sentence(gates[number], row) for number, row in zip(first, rows, strict=True))
+    reasons = tuple(_sentence(gates[number], values, row) for row, number in enumerate(first))
     return index, codes, reasons
 
 
@@ -233,8 +235,8 @@ def _may_reject(gate: Gate, empty: frozenset[str]) -> bool:
     return (gate.shows or gate.field) not in empty or gate.code in _OF_ABSENCE
 
 
-def _sentence(gate: Gate, row: dict[str, object]) -> str:
-    value = row[gate.shows or gate.field]
+def _sentence(gate: Gate, values: dict[str, list[Any]], row: int) -> str:
+    value = values[gate.shows or gate.field][row]
     if value is None:
         return f"{gate.field}: missing; expected {gate.expected}"
     found = shown(value)

@@ -17,6 +17,12 @@ from multiradar_schemas.reject import RejectCode
 
 #: Fractions of rejected rows from which a quarantine begins, and below which it ends.
 BEGIN_SHARE, END_SHARE = 0.9, 0.5
+#: Share of the rejected rows of a quarantine from which the queued rows of a source count too.
+EXPECTED_FROM = 0.2
+#: A rejected row takes as long as so many accepted ones, since its content is kept as text.
+REJECTED_COST = 16
+#: Rows of a source after which its share of rejected rows is that of the last message.
+_KNOWN_ROWS = 1000
 #: Rows count for the quarantine half after so long, s.
 HALF_LIFE_S = 60.0
 #: Longest time after which a source is asked to try again, s.
@@ -50,6 +56,8 @@ class _Source:
     recent_rejected: float = 0.0
     reduced_s: float = 0.0
     quarantined: bool = False
+    # Share of rejected rows, for whatever reason, of the last messages.
+    share: float = 0.0
     # In quarantine: when the next message may come.
     next_s: float = 0.0
 
@@ -71,8 +79,11 @@ class Sources:
         self._known: dict[str, _Source] = {}
         self._lock = threading.Lock()
 
-    def require(self, name: str, rows: int) -> None:
+    def require(self, name: str, rows: int, queued_rows: int = 0) -> None:
         """Admit a message of a source, by its number of rows; 0 before they are read.
+
+        Its queued rows are expected to be like those before: a quarantine that came only when they
+        are processed would come too late for the other sources.
 
         Raises
         ------
@@ -83,12 +94,19 @@ class Sources:
         with self._lock:
             source = self._of(name)
             self._reduce(source, now_s)
+            self._expect(source, queued_rows)
             if not source.quarantined:
                 return
             if now_s < source.next_s:
                 source.counts.update(deferred_messages=1, deferred_rows=rows)
                 raise QuarantineError(name, min(source.next_s - now_s, RETRY_MAX_S))
             source.next_s = now_s + rows / self._limits.quarantine_rows_per_s
+
+    def cost_rows(self, name: str, rows: int) -> float:
+        """Return how many accepted rows are expected to take as long as some rows of a source."""
+        with self._lock:
+            source = self._known.get(name)
+            return rows if source is None else rows * (1.0 + (REJECTED_COST - 1) * source.share)
 
     def defer(self, name: str, rows: int) -> None:
         """Count a message that the source has to send again, because its queue is full."""
@@ -101,6 +119,9 @@ class Sources:
         with self._lock:
             source = self._of(entry.source)
             source.counts.update(accepted=entry.accepted, rejected=len(entry.rejects))
+            if rows := entry.accepted + len(entry.rejects):
+                weight = min(rows / _KNOWN_ROWS, 1.0)
+                source.share += weight * (len(entry.rejects) / rows - source.share)
             self._add(source, entry.accepted + rejected, rejected)
 
     def note_unreadable(self, name: str, octets: int) -> None:
@@ -158,6 +179,12 @@ class Sources:
         source.recent_rejected *= factor
         source.reduced_s = now_s
         self._decide(source)
+
+    def _expect(self, source: _Source, queued_rows: int) -> None:
+        least, rejected = self._limits.quarantine_rejects_min, source.recent_rejected
+        if rejected >= max(EXPECTED_FROM * least, BEGIN_SHARE * source.recent, 1.0):
+            expected = rejected + queued_rows * rejected / source.recent
+            source.quarantined = source.quarantined or expected >= least
 
     def _decide(self, source: _Source) -> None:
         least = self._limits.quarantine_rejects_min

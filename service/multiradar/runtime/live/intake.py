@@ -130,7 +130,7 @@ class Intake:
             queue = self._queues.get(submission.source) or _Queue()
             self._require_room(queue, submission)
             if submission.kind is EntryKind.BATCH:
-                self.sources.require(submission.source, submission.rows)
+                self.sources.require(submission.source, submission.rows, queue.rows)
             self._queues[submission.source] = queue
             self._number += 1
             queue.waiting.append((self._number, submission))
@@ -141,19 +141,20 @@ class Intake:
         """Wait for messages and return some in their order; empty when closed and drained.
 
         Messages of a source with more rows than a transaction has come after those of the others,
-        except the first. The end of a stream comes after all messages before it, of all sources.
+        except the first. If most of its rows are rejected, each counts as several: it takes longer.
+        The end of a stream comes after all messages before it, of all sources.
         """
         with self._changed:
             while not self._batches and self._closed_with is None:
                 self._changed.wait()
             popped: list[Submission] = []
-            rows = 0
+            rows = 0.0
             while self._batches and len(popped) < batches_max:
                 if popped and rows >= self._limits.commit_rows_max:
                     break
                 # The first is the oldest of all, so that each source proceeds.
                 popped.append(self._next(in_order=not popped))
-                rows += popped[-1].rows
+                rows += self.sources.cost_rows(popped[-1].source, popped[-1].rows)
             return popped
 
     def close(self, error: MultiradarError | None = None) -> None:
@@ -197,7 +198,8 @@ class Intake:
                 if one[1].waiting[0][0] == oldest or one[1].waiting[0][1].kind is EntryKind.BATCH
             ),
             key=lambda one: (
-                not in_order and one[1].rows > self._limits.commit_rows_max,
+                not in_order
+                and self.sources.cost_rows(one[0], one[1].rows) > self._limits.commit_rows_max,
                 one[1].waiting[0][0],
             ),
         )

@@ -5,7 +5,6 @@ number of rows. The result for each message is the same as if it had come alone.
 """
 
 import itertools
-import json
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -21,7 +20,7 @@ from multiradar.runtime.admission.admission_by_time import Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.live.backlog import Journalled
 from multiradar.runtime.live.intake import Submission
-from multiradar.runtime.live.payload import decode_rows, encode_rows
+from multiradar.runtime.live.payload import decode_rows, encode_rows, row_texts
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry, bounded
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
@@ -345,14 +344,12 @@ def _rejected_rows(
     excess = [row for row, code, _ in rejections if code is RejectCode.RATE_EXCEEDED]
     without = frozenset(excess[EXCESS_KEPT_MAX:])
     rows = [row for row, _, _ in rejections if row not in without]
-    content = (
-        without_empty_columns(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
-    )
-    indices = _indices(frame)
+    kept = without_empty_columns(frame[rows]).drop(INDEX_COLUMN, strict=False)
+    content = iter(row_texts(kept))
+    indices = _indices(frame).tolist()
     return [
         RejectedRow(
-            int(indices[row]), str(code), reason,
-            "" if row in without else json.dumps(next(content), ensure_ascii=False),
+            indices[row], str(code), reason, "" if row in without else next(content)
         )
         for row, code, reason in rejections
     ]  # fmt: skip

@@ -34,7 +34,6 @@ from multiradar.runtime.live.readiness import (
     Disk,
     Reason,
     ServiceState,
-    lag_reason,
     lags_s,
     not_running,
     require_running,
@@ -151,7 +150,7 @@ class Service:
         self.publication.watch_silence(self._watch.silence)
         self.unready_checks: list[Check] = [
             self._state_reason,
-            *self._watch.checks(lambda: lag_reason(self._lags_s(), self._limits.lag_max_s)),
+            *self._watch.checks(self._lags_s, self._limits.lag_max_s),
         ]
 
     @property

@@ -171,3 +171,26 @@ def test_no_rows_change_nothing() -> None:
     before = admission.state()
     assert admission.admit(MeasurementBatch.empty()).tolist() == []
     assert admission.state() == before
+
+
+@pytest.mark.parametrize("pace", [2.0, 30.0, 1000.0])
+@pytest.mark.parametrize("is_merged", [True, False])
+def test_senders_that_resend_in_step_after_an_outage_lose_nothing(
+    pace: float, is_merged: bool
+) -> None:
+    """The first to resend alone takes the data time to the present, as the manual says."""
+    admission, start_s = Admission(6.0, 3), 1_800_000_000.0
+    rows = sorted((0.3 * n + 0.1 * sensor, sensor) for n in range(200) for sensor in range(3))
+    before, kept = [one for one in rows if one[0] < 20.0], [one for one in rows if one[0] >= 20.0]
+    for at_s, sensor in before:
+        codes = admission.admit(timed_batch([start_s + at_s], sensor), start_s + at_s + 0.2)
+        assert codes.tolist() == [ACCEPTED]
+    if not is_merged:
+        kept.sort(key=lambda one: (one[1], one[0]))
+    lost = [0, 0, 0]
+    for at_s, sensor in kept:
+        received_s = start_s + 60.0 + (at_s - 20.0) / pace
+        codes = admission.admit(timed_batch([start_s + at_s], sensor), received_s)
+        lost[sensor] += int(codes[0] != ACCEPTED)
+    assert lost[0] == 0
+    assert (sum(lost) == 0) is is_merged

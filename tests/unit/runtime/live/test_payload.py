@@ -1,9 +1,12 @@
 """Measurements in the journal have the columns of the schema, with any columns received."""
 
+import json
+import math
+
 import polars as pl
 from polars.testing import assert_frame_equal
 
-from multiradar.runtime.live.payload import decode_rows, encode_rows
+from multiradar.runtime.live.payload import decode_rows, encode_rows, row_texts
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
 from support.scenarios.live_scene import recording
 
@@ -40,3 +43,24 @@ def test_an_empty_ground_status_is_omitted_as_before_there_was_one() -> None:
     assert "on_ground" not in decode_rows(encode_rows(complete(frame))).columns
     status = frame.with_columns(on_ground=pl.int_range(pl.len()) == 3)
     assert decode_rows(encode_rows(status))["on_ground"].to_list() == status["on_ground"].to_list()
+
+
+def test_rejected_rows_are_written_as_json_writes_them() -> None:
+    frame = pl.DataFrame(
+        {
+            "time_s": [1.8e9 + 1 / 7, -0.0, 1e-9, 1e300, None, math.nan, math.inf, -math.inf],
+            'quoted "%" name': ["a", None, 'x"\\\n', "Zürich ✈", "\x00\x7f", "%s", "", "\u2028"],
+            "number": [0, -1, None, 2**63 - 1, 5, 6, 7, 8],
+            "small": pl.Series([0, 1, None, 3, 4, 5, 6, 255], dtype=pl.UInt8),
+            "single": pl.Series([0.1, None, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0], dtype=pl.Float32),
+            "is_true": [True, False, None, True, True, True, True, True],
+            "empty": pl.Series([None] * 8, dtype=pl.Float64),
+            "null": [None] * 8,
+            "list": [[1.5, None], [], None, [2.0], [], [], [], []],
+        }
+    )
+    for part in (frame, frame[:1], frame[:2], frame[4:5], frame[5:]):
+        expected = [json.dumps(row, ensure_ascii=False) for row in part.iter_rows(named=True)]
+        assert row_texts(part) == expected
+    assert row_texts(frame[:0]) == []
+    assert row_texts(pl.DataFrame()) == []

@@ -19,7 +19,7 @@ from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
-from support.processes.live_services import TABLE, settled, submit
+from support.processes.live_services import TABLE, GatedJournal, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import START_S, recording, sensors_file
 
@@ -163,6 +163,41 @@ def test_rejected_measurements_do_not_end_it(running: tuple[Service, FixedClock,
     clock.advance(75.0)
     submit(service, recording(5).with_columns(sensor_id=pl.lit("unlisted")))
     assert settled(service)["alarms"] == (["no_data"] if live else [])
+
+
+@pytest.mark.fault(14)
+def test_measurements_that_wait_for_the_journal_are_no_silence() -> None:
+    """A flood of one source delayed the others, and the alarm said that nothing was received."""
+    clock, journal = FixedClock(START_S + 5.2), GatedJournal()
+    service = Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+        clock=clock,
+    )
+    journal.open.set()
+    service.start()
+    try:
+        submit(service, recording(100))
+        settled(service)
+        journal.entered.clear()
+        journal.open.clear()
+        clock.advance(3.0)
+        later = recording(1).with_columns(pl.col("time_s") + 8.0)
+        waiting = service.submit(later, source="test")
+        assert journal.entered.wait(WAIT_TIMEOUT_S)
+        clock.advance(20.0)
+        assert service.view.status()["alarms"] == []
+        assert [one.code for one in service.unready()] == ["LAG"]
+        journal.open.set()
+        waiting.result(WAIT_TIMEOUT_S)
+        assert settled(service)["alarms"] == []
+        clock.advance(WITHOUT_SCANS_S + 1.0)
+        assert service.view.status()["alarms"] == ["no_data"]
+    finally:
+        journal.open.set()
+        service.stop()
 
 
 @pytest.mark.parametrize("is_takeover", [False, True])

@@ -11,7 +11,13 @@ from multiradar.api.problems import _translated
 from multiradar.clock import FixedClock
 from multiradar.errors import QuarantineError, QueueFullError
 from multiradar.observability.pipeline_metrics import PipelineCollector
-from multiradar.runtime.admission.sources import OTHERS, SOURCES_MAX, UNREADABLE_ROW_OCTETS, Sources
+from multiradar.runtime.admission.sources import (
+    OTHERS,
+    REJECTED_COST,
+    SOURCES_MAX,
+    UNREADABLE_ROW_OCTETS,
+    Sources,
+)
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow
@@ -64,6 +70,28 @@ def test_a_source_that_floods_the_service_does_not_delay_the_others(start: Start
     # After the one that was held, and the oldest.
     assert place == 3
     assert numbers == sorted(numbers)
+
+
+def test_rejected_rows_of_a_source_do_not_delay_the_others(start: Starter) -> None:
+    """They take longer than accepted ones: a transaction has fewer of them."""
+    gate = GatedJournal()
+    service = start(gate, commit_rows_max=2000)
+    transactions, append = [], gate.append
+    gate.append = lambda entries: transactions.append(len(entries)) or append(entries)  # type: ignore[method-assign,func-returns-value]
+    bad = pl.concat([ROWS] * 3).with_columns(sensor_id=pl.lit("unlisted"))
+    gate.open.set()
+    service.submit(bad, source="bad").result(WAIT_TIMEOUT_S)
+    gate.open.clear()
+    gate.entered.clear()
+    _held(service, gate)
+    flood = [service.submit(bad[:100], source="bad") for _ in range(8)]
+    other = service.submit(ROWS[200:201], source="other")
+    gate.open.set()
+    # Of 800 rows, the first transaction takes the first message and then the other source.
+    assert other.result(WAIT_TIMEOUT_S).journal_sequence == 4
+    numbers = [one.result(WAIT_TIMEOUT_S).journal_sequence for one in flood]
+    assert numbers == [3, 5, 6, 7, 8, 9, 10, 11]
+    assert transactions == [1, 1, 3, 2, 2, 2]
 
 
 def test_sources_that_do_not_flood_keep_their_order(start: Starter) -> None:
@@ -152,6 +180,31 @@ def test_a_source_that_sends_mostly_rejected_rows_is_put_into_quarantine_and_ret
     sources.note(_entry(1000, 0))
     sources.require("x", 1)
     assert list(sources.warnings()) == []
+
+
+def test_rows_that_wait_are_expected_to_be_like_those_before(sources: Sources) -> None:
+    """The quarantine of a flood began when it had ended: its rows still waited."""
+    sources.note(_entry(10, 199))
+    sources.require("x", 5, 100_000)
+    sources.note(_entry(0, 1))
+    sources.require("x", 5, 800)
+    assert not sources.document()["x"]["quarantined"]
+    sources.require("x", 5, 900)
+    with pytest.raises(QuarantineError):
+        sources.require("x", 5, 900)
+    sources.note(_entry(100, 200, source="mixed"))
+    sources.require("mixed", 5, 100_000)
+    sources.require("mixed", 5, 100_000)
+
+
+def test_a_rejected_row_costs_as_much_as_several(sources: Sources) -> None:
+    assert sources.cost_rows("x", 10) == 10
+    sources.note(_entry(0, 500, "TIME_LATE"))
+    assert sources.cost_rows("x", 10) == pytest.approx(10 + 0.5 * 10 * (REJECTED_COST - 1))
+    sources.note(_entry(0, 1000))
+    assert sources.cost_rows("x", 10) == 10 * REJECTED_COST
+    sources.note(_entry(1000, 0))
+    assert sources.cost_rows("x", 10) == 10
 
 
 def test_a_message_of_a_source_in_quarantine_is_rejected_before_its_rows_are_known(

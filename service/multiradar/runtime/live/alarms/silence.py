@@ -8,6 +8,7 @@ nothing to a service that is unready for that reason.
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -43,6 +44,8 @@ class Silence:
         self._heard_s = self._received_s = math.nan
         self._behind_s = math.nan
         self._resumed_s = -math.inf
+        #: Returns the time since reception of the oldest message that is not yet in the journal, s.
+        self.waiting_s: Callable[[], float] = lambda: 0.0
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors."""
@@ -92,9 +95,14 @@ class Silence:
 
     @property
     def is_alarm(self) -> bool:
-        """Whether the data have ceased, and the service has been able to receive for so long."""
+        """Whether the data have ceased, and the service has been able to receive for so long.
+
+        It is known up to the oldest message that waits: a service that is behind is not without
+        data.
+        """
         able_s = self._clock.monotonic_s() - self._resumed_s
-        return self.has_ceased and able_s > self.bound_s
+        known_s = (self.duration_s or 0.0) - self.waiting_s()
+        return known_s > self.bound_s and able_s > self.bound_s
 
     def sentence(self) -> str:
         """Return what is wrong, in words; empty without an alarm."""

@@ -11,7 +11,7 @@ from multiradar.runtime.admission.sources import Sources
 from multiradar.runtime.live.alarms.host_clock import HostClock
 from multiradar.runtime.live.alarms.sensor_alarms import SensorAlarms
 from multiradar.runtime.live.alarms.silence import Silence
-from multiradar.runtime.live.readiness import Check, Disk, LastMinute
+from multiradar.runtime.live.readiness import Check, Disk, LastMinute, lag_reason
 from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.storage.entries import Entry
 
@@ -72,9 +72,20 @@ class Supervision:
             one.use(sensors)
         self.host_clock.sensors = sensors
 
-    def checks(self, lag: Check) -> list[Check]:
+    def checks(self, lags_s: Callable[[], dict[str, float]], lag_max_s: float) -> list[Check]:
         """Return what makes the service unready, a lag among it, the most severe first."""
-        return [self.disk.reason, lag, self._last_minute.reason, self.silence.reason]
+
+        def waiting_s() -> float:
+            lags = lags_s()
+            return max(lags["intake"], lags["journal"])
+
+        self.silence.waiting_s = waiting_s
+        return [
+            self.disk.reason,
+            lambda: lag_reason(lags_s(), lag_max_s),
+            self._last_minute.reason,
+            self.silence.reason,
+        ]
 
     def note(self, entry: Entry) -> None:
         """Note an entry that is in the journal."""
