@@ -52,12 +52,9 @@ async def authorised(
     """
     authentication: Authentication = connection.app.state.authentication
     (role,) = required.scopes
-    address = connection.client.host if connection.client else "unknown"
-    path = connection.scope["path"][:200]
-    method = connection.scope.get("method", "WEBSOCKET")
     # Of one origin, entries are limited; a host may have all addresses of its network.
-    events, origin = authentication.events, client_at(address)
-    where = {"address": address, "method": method, "path": path}
+    events, origin = authentication.events, client_at(_address(connection))
+    where = _where(connection)
     try:
         caller = authentication.caller(
             None if bearer is None else bearer.credentials,
@@ -83,10 +80,27 @@ async def authorised(
             f"key with this role"
         )
         raise RequestError(403, code, msg)
-    if role == Role.OPERATE:
-        SECURITY_LOG.info("operated", client=caller.name, **where)
     connection.state.caller = caller
     return caller
+
+
+def log_operated(connection: HTTPConnection) -> None:
+    """Log that a request was executed that requires the role operate; its caller is authorised."""
+    caller: Caller = connection.state.caller
+    SECURITY_LOG.info("operated", client=caller.name, **_where(connection))
+
+
+# Where a request comes from and what it asks for, for the log.
+def _where(connection: HTTPConnection) -> dict[str, str]:
+    return {
+        "address": _address(connection),
+        "method": connection.scope.get("method", "WEBSOCKET"),
+        "path": connection.scope["path"][:200],
+    }
+
+
+def _address(connection: HTTPConnection) -> str:
+    return connection.client.host if connection.client else "unknown"
 
 
 def _is_local(connection: HTTPConnection) -> bool:

@@ -12,7 +12,7 @@ from starlette.responses import Response
 
 from multiradar.access.clients import Caller
 from multiradar.access.parameters import AsNumber, strict_query
-from multiradar.access.requirement import FEED, OPERATE
+from multiradar.access.requirement import FEED, OPERATE, log_operated
 from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.access.turns import Turns
 from multiradar.access.workers import Workers
@@ -27,7 +27,7 @@ from multiradar.ingest.http_requests import (
     idempotency_key,
     source_of,
 )
-from multiradar.runtime.live.receipt import Receipt, key_of_sender, receipt_json
+from multiradar.runtime.live.receipt import Receipt, key_of_sender, once_executed, receipt_json
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds
 from multiradar_schemas.reject import RejectCode
@@ -157,8 +157,9 @@ def _add_drain(router: APIRouter, drain: Callable[[], None]) -> None:
     )  # fmt: skip
     async def post_drain(request: Request) -> Response:
         await _mark(request)
-        SECURITY_LOG.info("drained", client=request.state.caller.name)
         drain()
+        log_operated(request)
+        SECURITY_LOG.info("drained", client=request.state.caller.name)
         return Response(b'{"draining": true}', media_type="application/json")
 
 
@@ -205,19 +206,28 @@ class _Intake:
         force: Annotated[bool, Query(description=_FORCE_TEXT)] = False,
     ) -> Response:
         source, key = await _mark(request)
-        receipt = await self._acknowledged(
-            lambda: self._sink.flush(source=source, idempotency_key=key, force=force), ENGINE_LATE
-        )
+
+        def submit() -> Future[Receipt]:
+            future = self._sink.flush(source=source, idempotency_key=key, force=force)
+            return once_executed(future, lambda: log_operated(request))
+
+        receipt = await self._acknowledged(submit, ENGINE_LATE)
         return await self._answered(receipt)
 
     async def set_clock(
         self, request: Request, time_s: Annotated[Seconds, Query(description=_TIME_TEXT), AsNumber]
     ) -> Response:
         source, key = await _mark(request)
-        SECURITY_LOG.info("clock_set", client=request.state.caller.name, time_s=time_s)
-        receipt = await self._acknowledged(
-            lambda: self._sink.set_clock(time_s, source=source, idempotency_key=key), ENGINE_LATE
-        )
+
+        def executed() -> None:
+            log_operated(request)
+            SECURITY_LOG.info("clock_set", client=request.state.caller.name, time_s=time_s)
+
+        def submit() -> Future[Receipt]:
+            future = self._sink.set_clock(time_s, source=source, idempotency_key=key)
+            return once_executed(future, executed)
+
+        receipt = await self._acknowledged(submit, ENGINE_LATE)
         return await self._answered(receipt)
 
     async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Receipt:

@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from multiradar.access.clients import Caller
 from multiradar.access.parameters import strict_query
-from multiradar.access.requirement import DISPLAY, OPERATE
+from multiradar.access.requirement import DISPLAY, OPERATE, log_operated
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.access.workers import Workers
 from multiradar.errors import ConfigurationError, RequestError
@@ -24,7 +24,7 @@ from multiradar.ingest.http_requests import (
     source_of,
 )
 from multiradar.runtime.admission.sensors_in_force import SensorPlan, sensor_change
-from multiradar.runtime.live.receipt import Receipt, key_of_sender
+from multiradar.runtime.live.receipt import Receipt, key_of_sender, once_executed
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 from multiradar_schemas.sensors.sensor import Sensor
@@ -148,8 +148,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
                         change, source=source_of(caller), idempotency_key=key
                     )
                     # Also if it is confirmed only after the answer.
-                    future.add_done_callback(partial(_log_change, caller, sensor_id, plan))
-                    return future
+                    return once_executed(future, partial(_log_change, request, sensor_id, plan))
 
                 receipt = await acknowledged(submit, ENGINE_LATE, workers, acknowledge_deadline_s)
         except ConfigurationError as error:
@@ -168,13 +167,10 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
     return router
 
 
-def _log_change(
-    caller: Caller, sensor_id: str, plan: SensorPlan, future: "Future[Receipt]"
-) -> None:
-    if future.cancelled() or future.exception() is not None or future.result().duplicate:
-        return
+def _log_change(request: Request, sensor_id: str, plan: SensorPlan) -> None:
+    log_operated(request)
     SECURITY_LOG.info(
-        "sensor_changed", client=caller.name, sensor_id=sensor_id,
+        "sensor_changed", client=request.state.caller.name, sensor_id=sensor_id,
         fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
     )  # fmt: skip
 

@@ -37,6 +37,7 @@ from multiradar.runtime.live.receipt import (
     Receipt,
     is_idempotency_key,
     key_of_sender,
+    once_executed,
     receipt_json,
 )
 from multiradar.runtime.ports import OperatedSink
@@ -231,16 +232,23 @@ class MeasurementInlet:
         force = request.parameters.get("force", "false")
         if force not in ("true", "false"):
             raise PayloadError("INVALID_PARAMETER", "force: expected true or false")
-        SECURITY_LOG.info("operated", origin=SOURCE, path=request.key)
-        key = self._idempotency_key(request)
-        return self._intake.flush(source=SOURCE, idempotency_key=key, force=force == "true")
+        return self._flush(request, self._idempotency_key(request), force=force == "true")
+
+    def _flush(self, request: Request, key: str | None, *, force: bool) -> "Future[Receipt]":
+        future = self._intake.flush(source=SOURCE, idempotency_key=key, force=force)
+        path = request.key
+        return once_executed(
+            future, lambda: SECURITY_LOG.info("operated", origin=SOURCE, path=path)
+        )
 
     def _submit_clock(self, request: Request) -> "Future[Receipt]":
         _require_known(request, _CLOCK_PARAMETERS)
         time_s = _time_s(request.parameters.get("time_s", ""))
-        SECURITY_LOG.info("clock_set", origin=SOURCE, time_s=time_s)
         key = self._idempotency_key(request)
-        return self._intake.set_clock(time_s, source=SOURCE, idempotency_key=key)
+        future = self._intake.set_clock(time_s, source=SOURCE, idempotency_key=key)
+        return once_executed(
+            future, lambda: SECURITY_LOG.info("clock_set", origin=SOURCE, time_s=time_s)
+        )
 
     def _submit_query(self, request: Request) -> "Future[Receipt]":
         # An attachment that is no key is the first error.
@@ -252,7 +260,7 @@ class MeasurementInlet:
                 raise PayloadError(
                     "ROLE_NOT_ALLOWED", f"a stream cannot be ended on this key; use {FLUSH}"
                 )
-            return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
+            return self._flush(request, idempotency_key, force=False)
         if request.payload is None:
             raise PayloadError("MISSING_FIELD", "the query contains no measurements")
         return self._submit(self._decoded(request, request.payload), request)

@@ -28,6 +28,9 @@ IDEMPOTENCY_KEY_FORM = (
     f"1 to {IDEMPOTENCY_KEY_LENGTH_MAX} printable ASCII characters without a space at either end"
 )
 
+#: Called when a message was executed.
+Executed = Callable[[], None]
+
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
@@ -82,8 +85,34 @@ def key_of_sender(sender: str, key: str | None) -> str | None:
     return f"{sender}{SENDER_SEPARATOR}{key}" if sender and key is not None else key
 
 
+def once_executed(future: Future[Receipt], then: Executed) -> Future[Receipt]:
+    """Call a function when a message was executed: without an error, and not already before.
+
+    Parameters
+    ----------
+    future : Future of Receipt
+        That of the message.
+    then : callable
+        Called in the thread that resolves the future, also after the deadline of its request.
+
+    Returns
+    -------
+    Future of Receipt
+        The same one.
+    """
+
+    def settled(done: Future[Receipt]) -> None:
+        if not (done.cancelled() or done.exception() is not None or done.result().duplicate):
+            then()
+
+    future.add_done_callback(settled)
+    return future
+
+
 def once_processed(
-    journalled: Future[Receipt], settled: Callable[[int], Future[int]]
+    journalled: Future[Receipt],
+    settled: Callable[[int], Future[int]],
+    then: Executed | None = None,
 ) -> Future[Receipt]:
     """Return a future of the same receipt, resolved once its entry is processed.
 
@@ -95,7 +124,11 @@ def once_processed(
         Resolved when the message is in the journal.
     settled : callable
         Returns a future that is resolved when an entry has been processed.
+    then : callable, optional
+        Called as by `once_executed`, before the entry is processed.
     """
+    if then is not None:
+        once_executed(journalled, then)
     answer: Future[Receipt] = Future()
     answer.set_running_or_notify_cancel()
 

@@ -40,7 +40,7 @@ from multiradar.runtime.live.readiness import (
     stall,
     state_reason,
 )
-from multiradar.runtime.live.receipt import Receipt, RejectedRow, once_processed
+from multiradar.runtime.live.receipt import Executed, Receipt, RejectedRow, once_processed
 from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer, warm_up
@@ -308,8 +308,8 @@ class Service:
         self, time_s: float, *, source: str, idempotency_key: str | None = None
     ) -> Future[Receipt]:
         """Set the data clock, as an operator says; see `OperatedSink.set_clock`."""
-        self.reception.agree(time_s)
-        return self._put_mark(EntryKind.CLOCK, source, idempotency_key, clock_s=time_s)
+        agreed = self.reception.agreeing(time_s)
+        return self._put_mark(EntryKind.CLOCK, source, idempotency_key, agreed, clock_s=time_s)
 
     def plan_sensor(
         self, sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool = False
@@ -368,12 +368,12 @@ class Service:
     # ---------------------------------------------------------------- inside
 
     def _put_mark(
-        self, kind: EntryKind, source: str, key: str | None, **given: Any
-    ) -> Future[Receipt]:
-        received_s = self.reception.received_s
-        journalled = self._put(Submission.mark(kind, source, received_s, key, **given))
+        self, kind: EntryKind, source: str, key: str | None, then: Executed | None = None,
+        **given: Any,
+    ) -> Future[Receipt]:  # fmt: skip
+        written = self._put(Submission.mark(kind, source, self.reception.received_s, key, **given))
         assert self._processor is not None, "a running service has a processor"
-        return once_processed(journalled, self._processor.settled)
+        return once_processed(written, self._processor.settled, then)
 
     def _put(self, submission: Submission) -> Future[Receipt]:
         require_running(self._state, self.failure, self.start_step)

@@ -7,6 +7,7 @@ import json
 import threading
 from concurrent.futures import Future
 from typing import Any
+from unittest import mock
 
 import httpx
 import polars as pl
@@ -15,6 +16,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from multiradar.api.factory import create_api
+from multiradar.errors import IdempotencyConflictError, JournalFullError
 from multiradar.ingest import http
 from multiradar.ingest.bodies import Decoded, decode
 from multiradar.ingest.http import IntakeBounds, measurement_routes
@@ -465,3 +467,34 @@ async def test_small_messages_are_decoded_in_turns_between_clients(
         assert {(await answer).status_code for answer in answers} == {200}
     assert len(decoded) == 17
     assert decoded.index(len(small)) <= 2
+
+
+@pytest.mark.parametrize("path", ["/v1/flush", "/v1/clock?time_s=5"])
+@pytest.mark.parametrize(
+    ("outcome", "status"),
+    [
+        (IdempotencyConflictError("key", 1), 422),
+        (JournalFullError("journal.sqlite: disk full"), 507),
+        (Receipt(0, (), True, 1), 200),
+        (Receipt(0, (), False, 1), 200),
+    ],
+)
+async def test_only_what_was_executed_is_in_the_security_log(
+    client: httpx.AsyncClient, service: FakeService, path: str,
+    outcome: Receipt | Exception, status: int,
+) -> None:  # fmt: skip
+    """Regression: operations were logged before they were submitted."""
+    future: Future[Receipt] = Future()
+    executed = isinstance(outcome, Receipt) and not outcome.duplicate
+    if isinstance(outcome, Receipt):
+        future.set_result(outcome)
+    else:
+        future.set_exception(outcome)
+    with (
+        mock.patch.multiple(service, flush=lambda **_: future, set_clock=lambda *_, **__: future),
+        capture_logs() as logs,
+    ):
+        assert (await client.post(path)).status_code == status
+        assert (await client.post(path, content=b"x")).status_code == 400
+    found = [one["event"] for one in logs if one["event"] in {"operated", "clock_set"}]
+    assert found == ["operated", "clock_set"][: executed * (1 + ("clock" in path))]

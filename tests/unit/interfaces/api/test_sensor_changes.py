@@ -34,7 +34,9 @@ async def test_a_description_is_read_changed_tried_and_sent_back(
     same = (await client.put(_OWN, json=described)).json()
     assert (same["applied"], same["changes"], same["journal_sequence"]) == (False, [], None)
     described |= {"range_sigma_m": 80.0, "enabled": False}
-    tried = (await client.put(f"{_OWN}?dry_run=true", json=described)).json()
+    with capture_logs() as logs:
+        tried = (await client.put(f"{_OWN}?dry_run=true", json=described)).json()
+    assert "operated" not in [one["event"] for one in logs]
     assert tried["changes"] == [
         {"field": "range_sigma_m", "before": 50.0, "after": 80.0},
         {"field": "enabled", "before": True, "after": False},
@@ -51,6 +53,7 @@ async def test_a_description_is_read_changed_tried_and_sent_back(
     assert (await _described(client)) == described
     logged = [one for one in logs if one["event"] == "sensor_changed"]
     assert [one["fields"] for one in logged] == [["range_sigma_m", "enabled"]]
+    assert [one["method"] for one in logs if one["event"] == "operated"] == ["PUT"]
 
 
 async def test_a_change_that_is_confirmed_after_the_answer_is_logged_then(

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.clock import FixedClock
-from multiradar.errors import LiveStreamError
+from multiradar.errors import IdempotencyConflictError, LiveStreamError
 from multiradar.ingest.asterix_configured import asterix_gateway
 from multiradar.ingest.feeds.configured import configured_feeds
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -199,6 +199,23 @@ def test_a_wrong_date_of_the_start_is_replaced_by_an_operator(wrong_s: float) ->
             assert live.radars(second) == 0
         assert live.data_time_s == pytest.approx(START_S + 20.0, abs=2.0)
         assert not live.host_warnings
+
+
+def test_a_rejected_command_confirms_no_step() -> None:
+    """Regression: the time of reception moved although nothing was executed."""
+    with Live(ahead_s=DAY_S, rows=0) as live:
+        for second in range(3):
+            assert live.radars(second) == 0
+        key = {"source": "test", "idempotency_key": "once"}
+        service = live.service
+        service.set_clock(live.data_time_s, **key).result(WAIT_TIMEOUT_S)
+        live.clock.set_by_s = DAY_S
+        before_s = service.reception.now_s()
+        with pytest.raises(IdempotencyConflictError):
+            service.set_clock(START_S + 4.0, **key).result(WAIT_TIMEOUT_S)
+        assert service.reception.now_s() == before_s
+        service.set_clock(START_S + 4.0, source="test").result(WAIT_TIMEOUT_S)
+        assert service.reception.now_s() == before_s + DAY_S
 
 
 def test_an_operator_who_sets_the_data_time_confirms_no_wrong_step() -> None:

@@ -9,6 +9,7 @@ what was accepted; no output of the engine depends on the alarms.
 import logging
 import math
 import threading
+from collections.abc import Callable
 from statistics import median
 
 from multiradar.clock import Clock
@@ -69,17 +70,23 @@ class HostClock:
         """Return seconds since an arbitrary origin, never going back."""
         return self._clock.monotonic_s()
 
-    def agree(self, time_s: float) -> None:
-        """Follow a step of the system time if that is now the time that an operator gives.
+    def agreeing(self, time_s: float) -> Callable[[], None]:
+        """Return what follows a step of the system time to the time that an operator gives now.
 
-        It is so within `APART_S`, or half the step. Another time is one of a replay.
+        To be called when that command is in the journal. It follows if both are the same within
+        `APART_S`, or half the step. Another time is one of a replay.
         """
-        with self._evaluating:
-            apart_s, off_s = self.apart_s, time_s - (self.received_s + self._followed_s)
-            left_s = abs(off_s - apart_s)
-            near = left_s < abs(off_s) and left_s <= max(APART_S, 0.5 * abs(apart_s))
-            if abs(apart_s) > SET_BY_S and near:
-                self._follow(apart_s)
+        given_s = self.received_s
+
+        def agree() -> None:
+            with self._evaluating:
+                apart_s, off_s = self.apart_s, time_s - (given_s + self._followed_s)
+                left_s = abs(off_s - apart_s)
+                near = left_s < abs(off_s) and left_s <= max(APART_S, 0.5 * abs(apart_s))
+                if abs(apart_s) > SET_BY_S and near:
+                    self._follow(apart_s)
+
+        return agree
 
     @property
     def received_s(self) -> float:

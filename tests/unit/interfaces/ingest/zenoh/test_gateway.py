@@ -248,8 +248,12 @@ def test_operators_set_the_data_clock_and_end_a_live_stream(
     scene: Scene, key: str, parameters: dict[str, str], code: str | None
 ) -> None:
     scene.service.live = ("41-10",)
-    asked = settled(scene, scene.bus.ask(f"multiradar/v1/{key}", parameters=parameters))
+    with capture_logs() as logs:
+        asked = settled(scene, scene.bus.ask(f"multiradar/v1/{key}", parameters=parameters))
     assert [json.loads(one)["code"] for one in asked.errors] == ([] if code is None else [code])
+    # Only what was executed.
+    found = [one["event"] for one in logs if one["event"] in {"clock_set", "operated"}]
+    assert found == ([] if code else ["clock_set" if key == "clock" else "operated"])
     done = scene.service.flushes or scene.service.clocks
     assert bool(done) == (code is None)
 
