@@ -2,7 +2,7 @@
 
 ::
 
-    octets  = dropped + waiting + framing + decoded + skipped + quarantined
+    octets  = dropped + waiting + decoding + framing + decoded + skipped + quarantined
     records = measurement + duplicate + left_out + refused           target reports only
     measurement = accepted + rejected + lost + on their way to the journal
 """
@@ -10,6 +10,7 @@
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from typing import Any
 
 #: Counters of a listener, in the order of the report.
@@ -43,12 +44,13 @@ class AsterixCounts:
     """
 
     def __init__(self, labels: Iterable[str]) -> None:
-        self._lock = threading.Lock()
+        # Of one thread several times: see `at_once`.
+        self._lock = threading.RLock()
         self.labels = tuple(labels)
         self._numbers = [dict.fromkeys(NAMES, 0) for _ in self.labels]
         self._codes: list[Counter[str]] = [Counter() for _ in self.labels]
         self._categories: Counter[int] = Counter()
-        self._batches_failed = 0
+        self._batches_failed = self._decoding_octets = 0
         self._clocks: dict[str, dict[str, Any]] = {}
         # Evaluated on reading: what waits, and what the system dropped.
         self.waiting: Callable[[], tuple[int, int]] = lambda: (0, 0)
@@ -62,6 +64,15 @@ class AsterixCounts:
             own = self._numbers[listener]
             for name, number in numbers.items():
                 own[name] += number
+
+    def at_once(self) -> AbstractContextManager[object]:
+        """Return a context in which no document is made: its changes appear together."""
+        return self._lock
+
+    def decoding(self, octets: int) -> None:
+        """Add octets that left the queue to be decoded; negative when they are in other counts."""
+        with self._lock:
+            self._decoding_octets += octets
 
     def rejected(self, listener: int, codes: Mapping[str, int]) -> None:
         """Add rejects of a listener by code."""
@@ -96,8 +107,8 @@ class AsterixCounts:
 
     def document(self) -> dict[str, Any]:
         """Return all counters."""
-        datagrams, octets = self.waiting()
         with self._lock:
+            datagrams, octets = self.waiting()
             listeners = {
                 label: {
                     "endpoint": self.endpoint(k),
@@ -116,5 +127,6 @@ class AsterixCounts:
                 "clocks": {name: dict(one) for name, one in sorted(self._clocks.items())},
                 "waiting_datagrams": datagrams,
                 "waiting_octets": octets,
+                "decoding_octets": self._decoding_octets,
                 "batches_failed": self._batches_failed,
             }

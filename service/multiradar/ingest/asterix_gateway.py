@@ -155,9 +155,7 @@ class AsterixGateway:
         self._received[listener] += 1
         number, size = self._received[listener], len(octets)
         received = Received(listener, number, self._clock.now_s(), octets, source.sender)
-        if self._queue.put(received) or self._put_later(received):
-            self.counts.add(listener, datagrams=1, octets=size)
-        else:
+        if not (self._put(received) or self._put_later(received)):
             self.counts.add(
                 listener, datagrams=1, octets=size, datagrams_dropped=1, octets_dropped=size
             )
@@ -168,14 +166,21 @@ class AsterixGateway:
         while not self._stopping.is_set():
             self.receive(listener)
 
+    def _put(self, received: Received) -> bool:
+        with self.counts.at_once():
+            if not self._queue.put(received):
+                return False
+            self.counts.add(received.listener, datagrams=1, octets=len(received.octets))
+            return True
+
     # A sender that can wait is not read from until there is room, or nothing that takes it.
     def _put_later(self, received: Received) -> bool:
         if not self._can_wait(received.listener):
             return False
         while len(self._queue) and not self._stopping.wait(QUEUE_PAUSE_S):
-            if self._queue.put(received):
+            if self._put(received):
                 return True
-        return self._queue.put(received)
+        return self._put(received)
 
     def _can_wait(self, listener: int) -> bool:
         return listener < len(self._sources) and self._sources[listener].can_wait

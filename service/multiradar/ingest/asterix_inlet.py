@@ -112,12 +112,18 @@ class AsterixInlet:
 
     def drain(self) -> None:
         """Decode everything in the queue."""
-        while received := self._queue.pop(BATCH_DATAGRAMS_MAX):
+        while received := self._popped():
             for part, batch in self._decoded(received):
                 self._account(part, batch)
                 self._submit(part, batch)
 
     # ---------------------------------------------------------------- inside
+
+    def _popped(self) -> list[Received]:
+        with self._counts.at_once():
+            received = self._queue.pop(BATCH_DATAGRAMS_MAX)
+            self._counts.decoding(_octets_of(received))
+            return received
 
     def _decoded(self, received: list[Received]) -> Iterator[tuple[list[Received], LiveBatch]]:
         try:
@@ -150,6 +156,14 @@ class AsterixInlet:
             _log.error("asterix_batch_failed", datagrams=datagrams, exc_info=error)
 
     def _account(self, part: list[Received], batch: LiveBatch) -> None:
+        with self._counts.at_once():
+            self._counts.decoding(-_octets_of(part))
+            self._add(part, batch)
+        self._counts.decoded(batch.categories)
+        for sensor, alarm, reason in self._counts.clocks(batch.clocks):
+            _log.warning("asterix_sensor_alarm", sensor=sensor, alarm=alarm, reason=reason)
+
+    def _add(self, part: list[Received], batch: LiveBatch) -> None:
         listener = np.array([one.listener for one in part])
         for number in np.unique(listener).tolist():
             own = listener == number
@@ -162,9 +176,6 @@ class AsterixInlet:
             self._counts.add(number, **sums)
             codes = Counter(str(one.code) for one in batch.rejected if own[one.datagram])
             self._counts.rejected(number, codes)
-        self._counts.decoded(batch.categories)
-        for sensor, alarm, reason in self._counts.clocks(batch.clocks):
-            _log.warning("asterix_sensor_alarm", sensor=sensor, alarm=alarm, reason=reason)
 
     def _submit(self, part: list[Received], batch: LiveBatch) -> None:
         """Submit a batch, the data of each listener in the order of reception."""
@@ -260,6 +271,10 @@ def _pieces(
         heard, first = np.unique(listener[rows], return_index=True)
         for number in heard[np.argsort(first)].tolist():
             yield number, rows[listener[rows] == number]
+
+
+def _octets_of(received: list[Received]) -> int:
+    return sum(len(one.octets) for one in received)
 
 
 def _concatenated(received: list[Received]) -> Datagrams:

@@ -82,6 +82,7 @@ class AsterixCollector(Collector):
         for name, meaning in (
             ("waiting_datagrams", "Datagrams waiting to be decoded"),
             ("waiting_octets", "Octets waiting to be decoded"),
+            ("decoding_octets", "Octets being decoded"),
         ):
             yield GaugeMetricFamily(f"multiradar_asterix_{name}", meaning, document[name])
 

@@ -26,7 +26,7 @@ class DatagramRecord:
         wanted = delivered.datagrams, delivered.octets
         require(found == wanted, "I1", f"datagrams and octets: received {found}, sent {wanted}")
         parts = {name: own[f"octets_{name}"] for name in _OCTETS}
-        parts["waiting"] = counts["waiting_octets"]
+        parts |= {name: counts[f"{name}_octets"] for name in ("waiting", "decoding")}
         require(
             delivered.octets == sum(parts.values()), "I1",
             f"{delivered.octets} octets of datagrams: {parts}",

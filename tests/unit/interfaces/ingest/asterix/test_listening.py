@@ -4,6 +4,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import Any
 
 import polars as pl
 import pytest
@@ -33,6 +34,8 @@ from support.processes.waiting import wait_until
 
 NOON_S = 19_675 * 86_400.0 + 43_200.0
 NAMES = {(0x1482, "radar"): "20-130"}
+#: What becomes of the octets of a listener.
+PARTS = ("dropped", "framing", "decoded", "skipped", "quarantined")
 
 
 @dataclass
@@ -327,6 +330,29 @@ def test_the_queue_is_bounded_by_octets_too() -> None:
     assert len(queue.pop(1)) == 1
     assert queue.octets == 40_000
     assert queue.put(Received(0, 4, NOON_S, b""))
+
+
+def test_every_octet_is_in_a_count_while_a_batch_is_decoded(
+    listening: Callable[..., Listening],
+) -> None:
+    seen: list[dict[str, Any]] = []
+
+    class Watched(LiveDecoder):
+        def decode(self, datagrams: Datagrams) -> LiveBatch:
+            seen.append(one.gateway.counts.document())
+            return super().decode(datagrams)
+
+    one = listening(decoder=Watched(LiveOptions(NAMES)), begin=False)
+    one.sources[0].send(plot(0.0), plot(1.0), bytes([0xEE, 0]))
+    one.until("datagrams", 3)
+    one.gateway.begin()
+    one.until("rows_accepted", 2)
+    for document in (*seen, one.gateway.counts.document()):
+        own = document["listeners"]["north"]
+        parts = [document["waiting_octets"], document.get("decoding_octets", 0)]
+        parts += [own[f"octets_{name}"] for name in PARTS]
+        assert sum(parts) == own["octets"] == 2 * len(plot(0.0)) + 2
+    assert seen
 
 
 def test_drops_are_counted_and_every_octet_is_in_a_count(
