@@ -122,3 +122,17 @@ def test_a_site_configured_a_kilometre_off_raises_an_alarm() -> None:
     run = tracked(batch, replace(table, latitude_rad=latitude))
     assert "site" in {alarm for _, _, alarm in run.alarms()}
     assert tracked(batch, table).alarms() == []
+
+
+def test_silence_is_reported_an_epoch_after_five_scans_if_one_radar_remains() -> None:
+    batch, table = simulated("crossing", 200.0)
+    remaining, *others = (table.ids.index(name) for name in ("north", "west", "east"))
+    end_s = batch.time_s.min() + 100.0
+    batch = batch.select((batch.sensor == remaining) | (batch.time_s < end_s))
+    alarms = [(time_s, name) for time_s, name, alarm in tracked(batch, table).alarms()]
+    assert {name for _, name in alarms} == {table.ids[one] for one in others}
+    for time_s, name in alarms:
+        own = table.ids.index(name)
+        late_s = time_s - batch.time_s[batch.sensor == own].max()
+        late_s -= 5.0 * table.rotation_period_s[own]
+        assert 0.0 <= late_s <= TrackingSettings().epoch_s, name
