@@ -24,9 +24,12 @@ def event_source(url: str, headers: dict[str, str] | None = None) -> Any:
 
 
 def event_socket(url: str, **options: Any) -> ClientConnection:
-    """Open a WebSocket that is closed by the service alone, however long it is silent."""
+    """Open a WebSocket that is closed by the service alone, however long it is silent.
+
+    It receives without bounds: with a full queue it would not see the end of a connection.
+    """
     opened: ClientConnection = connect(
         url, open_timeout=WAIT_TIMEOUT_S, close_timeout=WAIT_TIMEOUT_S, ping_interval=None,
-        compression=None, **options,
+        compression=None, **({"max_queue": None} | options),
     )  # fmt: skip
     return opened
