@@ -150,7 +150,7 @@ def _sites(name: str) -> Callable[[World, random.Random, Occurred], None]:
     return arm
 
 
-def _hostile_body(*bodies: bytes, media: str = "") -> Callable[..., None]:
+def _hostile_body(*bodies: bytes) -> Callable[..., None]:
     """A message that no sender in order sends; whatever is answered has a code."""
 
     def arm(world: World, drawn: random.Random, occurred: Occurred) -> None:
@@ -158,7 +158,7 @@ def _hostile_body(*bodies: bytes, media: str = "") -> Callable[..., None]:
             due_s = drawn.uniform(1.0, 14.0)
             octets = drawn.choice(bodies)
             key = f"hostile {octets[:8].hex()} {number}"
-            form = media or drawn.choice(["application/json", "application/x-ndjson"])
+            form = drawn.choice(["application/json", "application/x-ndjson"])
             world.send(Message("any", key, form, octets, [], due_s, "any"), occurred)
 
     return arm
